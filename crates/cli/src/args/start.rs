@@ -38,7 +38,7 @@ pub struct Start {
     pub rate_hz: Option<f64>,
 }
 
-/// Parses a cell separator.
+/// Parses the option for the cell separator: one ASCII character, `tab` or `space`.
 fn separator(text: &str) -> Result<char, String> {
     let mut chars = text.chars();
     match (text, chars.next(), chars.next()) {

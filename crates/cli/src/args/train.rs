@@ -8,7 +8,7 @@ use clap::Args as ClapArgs;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use std::path::PathBuf;
 
-/// Parser of recipe names, with the description of each recipe.
+/// Argument parser of network recipe names, with the description of each recipe.
 fn recipes() -> impl TypedValueParser<Value = Recipe> {
     let possible_value = |recipe: Recipe| PossibleValue::new(recipe.name()).help(recipe.about());
     PossibleValuesParser::new(Recipe::all().map(possible_value))

@@ -10,7 +10,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 const SIGNALS: [(&str, i32); 3] = [("INT", 130), ("TERM", 143), ("HUP", 129)];
-/// The required two seconds, plus one for a machine that is busy with other tests.
+/// Time in which a command must stop: the required two seconds, plus one for a machine busy with other tests.
 const LIMIT: Duration = Duration::from_secs(3);
 
 /// Starts the command with default signal actions, which the test runner may have changed.
@@ -20,7 +20,7 @@ fn start(args: &[&str], dir: &Path) -> Child {
     command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("env starts the binary")
 }
 
-/// Sends the signal and returns the standard error.
+/// Sends a signal to a command, checks its exit code and how soon it ends, and returns its standard error.
 fn stop(mut child: Child, signal: &str, code: i32, args: &[&str]) -> String {
     assert!(child.try_wait().expect("its state").is_none(), "{args:?} ended before it could be stopped");
     let sent = Instant::now();
@@ -33,7 +33,7 @@ fn stop(mut child: Child, signal: &str, code: i32, args: &[&str]) -> String {
     error
 }
 
-/// Waits until `ready`, at most a minute.
+/// Waits until `ready` returns true, at most a minute.
 fn wait_until(ready: impl Fn() -> bool) {
     let deadline = Instant::now() + Duration::from_secs(60);
     while !ready() && Instant::now() < deadline {

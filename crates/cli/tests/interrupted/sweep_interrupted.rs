@@ -14,8 +14,9 @@ fn done(args: &[&str], dir: &Path) -> String {
     String::from_utf8_lossy(&out.stdout).into_owned()
 }
 
-/// Makes a plan of four trainings in `disturbed`, long enough to be interrupted, and the collected
-/// results of an undisturbed run.
+/// Plans four trainings in the folder `disturbed`, and returns the results of an undisturbed run of them.
+///
+/// The trainings are long enough to be interrupted.
 fn workplace() -> (tempfile::TempDir, Vec<Vec<u8>>) {
     let dir = tempfile::tempdir().expect("a temporary directory");
     let d = dir.path();
@@ -61,7 +62,7 @@ fn kill(signal: &str, process: u32) {
     let _ = Command::new("kill").args([&format!("-{signal}"), &process.to_string()]).status();
 }
 
-/// Returns the number of checkpoints so far.
+/// Returns the number of training checkpoints below a folder.
 fn checkpoints(dir: &Path) -> usize {
     let tasks = std::fs::read_dir(dir.join("disturbed/work")).into_iter().flatten().flatten();
     tasks.filter(|task| task.path().join("out/checkpoint.bin").exists()).count()

@@ -9,8 +9,7 @@ const GOOD: &str = "trajectory,t_s,height_m,velocity_m_s\n\
     a,0,4.5,0\na,0.016666666666666666,4.49,-0.1\n\
     b,0,4.2,0\nb,0.016666666666666666,4.19,-0.1\n";
 
-/// Runs `train` on a file with these bytes and checks exit code and messages; no run directory may
-/// exist.
+/// Runs `train` on a file with the given bytes, which must fail with `code` and `texts` and write no run.
 fn refuses(name: &str, bytes: &[u8], code: i32, texts: &[&str]) {
     let dir = tempfile::tempdir().expect("a temporary directory");
     std::fs::write(dir.path().join(name), bytes).expect("it can be written");

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// Runs `augsim` with these arguments in the folder `dir`.
+/// Runs `augsim` with the arguments `args` in the folder `dir`.
 pub fn augsim(args: &[&str], dir: &Path) -> Output {
     run(Command::new(env!("CARGO_BIN_EXE_augsim")).args(args).current_dir(dir))
 }
@@ -31,7 +31,7 @@ pub fn succeed_json(args: &[&str], dir: &Path) -> serde_json::Value {
     serde_json::from_str(&succeed(&[args, &["--json"]].concat(), dir)).expect("JSON")
 }
 
-/// Returns the standard error of a run with this exit code and each of `texts`.
+/// Runs `augsim`, which must exit with `code` and print each of `texts`; returns its standard error.
 pub fn fail(code: i32, args: &[&str], dir: &Path, texts: &[&str]) -> String {
     let out = augsim(args, dir);
     let error = String::from_utf8_lossy(&out.stderr).into_owned();

@@ -15,7 +15,7 @@ use std::process::Command;
 
 const RENEW: &str = "AUGSIM_RENEW=1 cargo test --release -p augsim --test it documents";
 
-/// Updates the document if requested, and otherwise compares what `of` extracts from it.
+/// Updates a generated document if requested; otherwise checks that the part that `of` extracts is up to date.
 fn current(name: &str, text: &str, of: fn(&str) -> String) {
     let path = root().join("docs").join(name);
     if std::env::var_os("AUGSIM_RENEW").is_some() {
@@ -46,8 +46,7 @@ Generated from the registries of `crates/physics` and from `crates/equations/lib
 MODEL.toml` lists those that are tried on one model, with usual sizes; [a recipe](recipes/add-an-effect.md) adds one.
 ";
 
-/// Escapes a table cell: bars would end it, and asterisks and underscores outside code would be
-/// emphasis.
+/// Escapes a cell of a Markdown table: bars would end it, and asterisks and underscores would be emphasis.
 fn cell(text: &str) -> String {
     words(text).replace('|', "\\|").replace('*', "\\*").replace('_', "\\_").replace('<', "&lt;")
 }
@@ -57,7 +56,7 @@ fn row(page: &mut String, cells: [String; 5]) {
     let _ = writeln!(page, "| {} |", cells.join(" | "));
 }
 
-/// Section on effects of recordings, which are in no registry.
+/// Text of the section on effects of recordings (not of systems), which are in no registry.
 const OF_RECORDINGS: &str = "
 ## Of recordings, whatever the system
 
@@ -85,8 +84,9 @@ fn effect(page: &mut String, spec: &EffectSpec) {
     );
 }
 
-/// Appends a row of the generic library: inner parameters are multiples of a size in the data, the
-/// others are coefficients.
+/// Appends an effect of the generic library to the page, as a table row.
+///
+/// Inner parameters are multiples of a size in the data, the others are coefficients.
 fn candidate(page: &mut String, entry: &toml::Table) {
     let text = |key: &str| match entry.get(key) {
         Some(toml::Value::String(text)) => text.clone(),
@@ -139,7 +139,7 @@ fn words_of(svg: &str) -> String {
     texts.collect::<Vec<_>>().join("\n")
 }
 
-/// Returns the figure at the start of `text`, with nested figures.
+/// Returns the SVG figure at the start of `text`, up to its closing tag, with nested figures.
 fn whole(text: &str) -> &str {
     let mut depth = 1;
     for (at, _) in text.match_indices("svg") {
@@ -155,8 +155,9 @@ fn whole(text: &str) -> &str {
     text
 }
 
-/// Returns the figure of a page by the start of its title, in its larger width, after the opening
-/// `<svg`.
+/// Returns the text of the SVG figure whose title begins with `title`, in its larger width.
+///
+/// The text begins after the opening `<svg`.
 fn figure<'p>(page: &'p str, title: &str) -> &'p str {
     let begun = page.match_indices("<svg").map(|(at, tag)| &page[at + tag.len()..]);
     let titled = |svg: &&str| {

@@ -12,8 +12,9 @@ use std::process::Command;
 const MODEL: &str = "scenario = \"ball\"\n[parameters]\ngravity_m_s2 = { nominal = 9.81, frozen = true }\n\
     restitution = { nominal = 0.7, min = 0.0, max = 1.0 }\n[sensor]\nposition_sd_m = 0.002\n";
 
-/// Returns the output of a program, or `None` with a message if its interpreter or compiler is missing,
-/// which is a failure where data are required.
+/// Returns the numbers that a program prints, or `None` if its interpreter or compiler is missing.
+///
+/// A missing interpreter is printed, and is a failure where data are required.
 fn answers(program: &str, args: &[String], dir: &Path) -> Option<Vec<f64>> {
     let out = match Command::new(program).args(args).current_dir(dir).output() {
         Ok(out) => out,
@@ -108,8 +109,7 @@ fn exported_equations_follow_the_engine() {
     assert!(succeed(&["export", "pendulum.toml", "--as", "latex"], d).contains("\\tfrac{d}{dt}"));
 }
 
-/// Returns the largest difference between the exported programs and the engine with these initial states
-/// and inputs over `length_s`.
+/// Returns the largest difference between the exported programs and the engine's simulation over `length_s` seconds.
 fn deviation_from_the_engine(
     text: &str,
     start: &[(&str, f64)],
@@ -141,8 +141,10 @@ fn deviation_from_the_engine(
     each.fold(0.0, f64::max)
 }
 
-/// A hopping mass in a tube: tabulated drag, dry friction with a declared width, a floor with a rest
-/// condition, a filter with state bounds, a sensor gain, and a discovered effect in a rate.
+/// Model file of a hopping mass in a tube, with all constructs that an export must translate.
+///
+/// It has tabulated drag, dry friction with a declared width, a floor with a rest condition, a filter with state
+/// bounds, a sensor gain, and a discovered effect in a rate.
 const HOPPER: &str = r#"
 scenario = "system"
 name = "hopper"

@@ -9,7 +9,7 @@ const MODEL: &str = "scenario = \"ball\"\n[parameters]\ngravity_m_s2 = { nominal
     restitution = { nominal = 0.7, min = 0.0, max = 1.0 }\n[sensor]\nposition_sd_m = 0.002\n[[effect]]\n\
     kind = \"restitution-scatter\"\nper = \"trajectory\"\nsd = { nominal = 0.05, min = 0.0, max = 0.5 }\n";
 
-/// Approximately standard normal numbers from a linear congruential generator.
+/// Generator of approximately standard normal numbers (linear congruential).
 struct Draws(u64);
 
 impl Draws {

@@ -10,10 +10,10 @@ use std::time::Instant;
 const MODEL: &str = "scenario = \"ball\"\n[parameters]\ngravity_m_s2 = { nominal = 9.81, frozen = true }\n\
     restitution = { nominal = 0.7, min = 0.0, max = 1.0 }\n[sensor]\nposition_sd_m = 0.002\n";
 const DRAG: f64 = 0.08;
-/// Number of throws: enough to hold some out.
+/// Number of throws in the data set: enough that the discovery holds some out.
 const THROWS: u64 = 24;
 
-/// Pseudo-random numbers between -1 and 1; sums of twelve are about normal.
+/// Generator of pseudo-random numbers between -1 and 1; sums of twelve are about normal.
 struct Draws(u64);
 
 impl Draws {

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-/// Returns the exit code and standard error.
+/// Runs `augsim` with the environment variables `limits`; returns exit code and standard error.
 fn augsim(dir: &Path, args: &[&str], limits: &[(&str, &str)]) -> (Option<i32>, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_augsim"));
     command

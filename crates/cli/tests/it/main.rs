@@ -5,11 +5,11 @@
 #[path = "../../../../tests/support/shared_data.rs"]
 mod shared_data;
 
-/// One set of throws, written in twelve ways.
+/// One data set of throws, written in twelve file layouts.
 #[path = "../../../../tests/support/throws_as_files.rs"]
 mod throws_as_files;
 
-/// The documents of the repository.
+/// Access to the Markdown documents of the repository.
 #[path = "../../../../tests/support/documents.rs"]
 mod documents_on_disk;
 

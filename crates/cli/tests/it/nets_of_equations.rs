@@ -19,7 +19,7 @@ const MODEL: &str = "scenario = \"system\"\nname = \"oscillator\"\n[inputs]\nfor
     v_m_s = \"(force_N - stiffness_N_per_m * x_m - damping_N_s_per_m * v_m_s) / mass_kg\"\n[outputs]\n\
     position_m = { value = \"x_m\", sd = \"estimate\" }\n";
 
-/// Random numbers in [-1, 1) from a counter (splitmix64).
+/// Generator of random numbers in [-1, 1) from a counter (splitmix64).
 struct Numbers(u64);
 
 impl Numbers {
@@ -36,7 +36,7 @@ impl Numbers {
     }
 }
 
-/// Writes positions of the oscillator with an additional force, every 10 ms with 1 mm noise.
+/// Writes positions of an oscillator with the additional force `force`, every 10 ms with 1 mm noise.
 fn oscillate(file: &Path, force: fn(f64, f64) -> f64, records: usize, samples: usize, seed: u64) {
     let mut n = Numbers(seed);
     let mut text = "trajectory,t_s,force_N,position_m\n".to_owned();
@@ -66,7 +66,7 @@ fn none(_: f64, _: f64) -> f64 {
     0.0
 }
 
-/// A hardening spring and dry friction.
+/// Force that the model lacks: a hardening spring and dry friction.
 fn lacking(x: f64, v: f64) -> f64 {
     -60.0 * x.powi(3) - 1.5 * (v / 0.1).tanh()
 }

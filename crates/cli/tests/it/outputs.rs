@@ -9,7 +9,7 @@ use std::process::Command;
 
 const SEALED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/sealed");
 
-/// Runs a command that must fail with code 2 and these texts.
+/// Runs a command that must fail with exit code 2 and print each of `texts`.
 fn refused(args: &[&str], dir: &Path, texts: &[&str]) {
     refused_with(2, args, dir, texts);
 }
@@ -25,7 +25,7 @@ fn refused_with(code: i32, args: &[&str], dir: &Path, texts: &[&str]) {
     }
 }
 
-/// Makes a folder with the demonstration set, and drops with a tiny network.
+/// Makes a folder with the demonstration data set, ball drops, and a tiny network trained on them.
 fn workplace() -> tempfile::TempDir {
     let dir = tempfile::tempdir().expect("a temporary directory");
     for name in ["model.toml", "bounces.csv"] {

@@ -10,7 +10,7 @@ use crate::documents_on_disk::{every_document, root, words};
 use std::path::Path;
 use std::process::Command;
 
-/// One step of a document.
+/// Step of a document that the test follows: writing a file or running commands.
 enum Step<'t> {
     /// Writes a file below `out/`.
     Write { name: &'t str, text: &'t str },

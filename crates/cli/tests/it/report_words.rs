@@ -10,13 +10,13 @@ fn sealed(name: &str) -> String {
     std::fs::read_to_string(file).expect("a fixture")
 }
 
-/// Reads the page and the result of a discovery in `out`.
+/// Reads the report page and `result.json` of a discovery in the folder `out`.
 fn page(dir: &Path, out: &str) -> (String, serde_json::Value) {
     let read = |name: &str| std::fs::read_to_string(dir.join(out).join(name)).expect("written");
     (read("report.html"), serde_json::from_str(&read("result.json")).expect("JSON"))
 }
 
-/// Returns the rows of cells of the table with a caption, without tags.
+/// Returns the cells, row by row and without tags, of the table of a report page with the caption `caption`.
 fn table(page: &str, caption: &str) -> Vec<Vec<String>> {
     let from = page.find(caption).unwrap_or_else(|| panic!("no table `{caption}`"));
     let body =

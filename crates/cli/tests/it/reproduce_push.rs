@@ -9,7 +9,7 @@ use augsim_physics::push::laboratory::{PushDesign, PushRecipe, SupportSheet};
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// Writes pushes in the layout of the set: three streams of rows `[time, a, b, c]`.
+/// Writes pushes in the published JSON layout: three streams of rows `[time, a, b, c]`.
 fn publish(folder: &Path, surface: &str, count: usize) {
     let object = Object::named("rect1").expect("built in");
     let sheet = SupportSheet::named(surface).expect("known");

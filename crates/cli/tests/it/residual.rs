@@ -10,7 +10,7 @@ const MODEL: &str = "scenario = \"ball\"\n[parameters]\ngravity_m_s2 = { nominal
     restitution = 0.55\n";
 const DRAG: &str = "[[effect]]\nkind = \"quadratic-drag\"\nk_per_m = 0.02\n";
 
-/// Writes drops at 50 Hz in free fall from 2 m, another rate than that of the engine of the paper.
+/// Writes ball drops in free fall from 2 m, sampled at 50 Hz (the simulator of the paper has another rate).
 fn drops(path: &Path) {
     let mut text = "trajectory,t_s,height_m,velocity_m_s\n".to_owned();
     for i in 0..8 {

@@ -16,7 +16,7 @@ fn refused(args: &[&str], dir: &Path, texts: &[&str]) {
     }
 }
 
-/// Makes a folder with drops and a finished run.
+/// Makes a folder with ball drops and a finished training run.
 fn trained() -> tempfile::TempDir {
     let dir = tempfile::tempdir().expect("a temporary directory");
     succeed(&["simulate", "--trajectories", "12", "--samples", "40", "--out", "d.csv"], dir.path());
@@ -38,7 +38,7 @@ fn trained() -> tempfile::TempDir {
     dir
 }
 
-/// Starts a long training run and waits for its first losses.
+/// Starts a long training run and waits until it has written its first losses.
 fn training(dir: &Path, out: &str) -> Child {
     let args = [
         "train",
@@ -62,8 +62,9 @@ fn training(dir: &Path, out: &str) -> Child {
     child
 }
 
-/// Format 2 contains names of built-in objects and scales by scenario; format 3 contains the text of a
-/// model file.
+/// Runs of format 2, with names of built-in objects and scales by scenario, are rejected with a reason.
+///
+/// Runs of format 3 contain the text of a model file instead.
 #[test]
 fn rejects_runs_of_an_earlier_format_with_a_reason() {
     let dir = trained();

@@ -15,7 +15,7 @@ const SPRING: &str = "scenario = \"system\"\nname = \"spring\"\n[states]\nx_m = 
     v_m_s = \"-k_per_s2 * x_m - c_per_s * v_m_s\"\n[outputs]\npos_m = { value = \"x_m\", sd = \"estimate\" }\n\
     speed_m_s = { value = \"v_m_s\", sd = \"estimate\" }\n";
 
-/// Error of measurement number `k`, about uniform between -1 and 1.
+/// Pseudo-random noise of measurement number `k`, between -1 and 1; the caller scales it.
 fn error(k: usize) -> f64 {
     ((k as f64 * 12.9898).sin() * 43_758.545_3).fract()
 }

@@ -5,7 +5,7 @@
 use crate::command::{augsim, succeed, succeed_json};
 use std::path::Path;
 
-/// Returns the standard output of a command with this exit code.
+/// Runs a command, which must exit with `code`, and returns its standard output.
 fn printed(args: &[&str], code: i32, dir: &Path) -> String {
     let out = augsim(args, dir);
     let error = String::from_utf8_lossy(&out.stderr).into_owned();
@@ -13,8 +13,9 @@ fn printed(args: &[&str], code: i32, dir: &Path) -> String {
     String::from_utf8(out.stdout).expect("text")
 }
 
-/// The demonstration set as a tracker and a spreadsheet would write it: centimetres, heights counted
-/// downwards from the image edge, decimal commas, a note in each row.
+/// Text of the demonstration data set as a tracker and a spreadsheet would write it.
+///
+/// It has centimetres, heights counted downwards from the image edge, decimal commas, and a note in each row.
 fn recording() -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/sealed/bounces.csv");
     let text = std::fs::read_to_string(path).expect("a fixture");

@@ -17,7 +17,7 @@ fn sealed(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/sealed").join(name)
 }
 
-/// Returns the rows of the demonstration set after `change` of the cells of each row.
+/// Returns the CSV text of the demonstration data set, with `change` applied to the cells of each row.
 fn bounces(change: impl Fn(&mut Vec<String>)) -> String {
     let text = std::fs::read_to_string(sealed("bounces.csv")).expect("a fixture");
     let mut lines = text.lines();
@@ -30,7 +30,7 @@ fn bounces(change: impl Fn(&mut Vec<String>)) -> String {
     out
 }
 
-/// Makes a folder with the demonstration model and `bounces.csv` with this text.
+/// Makes a folder with the demonstration model file and a file `bounces.csv` with the content `text`.
 fn folder(text: &str) -> tempfile::TempDir {
     let dir = tempfile::tempdir().expect("a temporary directory");
     std::fs::copy(sealed("model.toml"), dir.path().join("model.toml")).expect("copied");
@@ -38,7 +38,7 @@ fn folder(text: &str) -> tempfile::TempDir {
     dir
 }
 
-/// Changes a height and a velocity.
+/// Function that changes a sample: from (height, velocity) to (height, velocity).
 type Change<'a> = &'a dyn Fn(f64, f64) -> (f64, f64);
 
 const DISCOVER: [&str; 6] = ["discover", "model.toml", "bounces.csv", "--out", "found", "-q"];
@@ -197,7 +197,7 @@ high_m = { value = "upper_m", sd = "estimate" }
 low_m = { value = "lower_m", sd = "estimate" }
 "#;
 
-/// Makes recordings of two tank levels after `change` of recording number, time, and both levels.
+/// Makes a folder with recordings of two tank levels, in which `change` alters (time, level, level) of each row.
 fn tanks(change: &dyn Fn(usize, &mut [f64; 3])) -> tempfile::TempDir {
     let mut text = "trajectory,t_s,pump_V,high_m,low_m\n".to_owned();
     for j in 0..8 {

@@ -23,7 +23,7 @@ seed = { from = 1, to = 3 }
 loss_nats = "$.loss"
 "#;
 
-/// Makes a folder with ten drops and a sweep of six trainings.
+/// Makes a folder with ten ball drops and a sweep file of six trainings.
 fn workplace() -> tempfile::TempDir {
     let dir = tempfile::tempdir().expect("a temporary directory");
     succeed(&["simulate", "--trajectories", "10", "--samples", "20", "--out", "drops.csv"], dir.path());
@@ -31,7 +31,7 @@ fn workplace() -> tempfile::TempDir {
     dir
 }
 
-/// Returns the name and text of each collected file of a plan.
+/// Collects the results of a sweep plan and returns the name and text of each file.
 fn collected(plan: &str, dir: &Path) -> Vec<(String, String)> {
     succeed(&["sweep", "collect", plan], dir);
     ["result.json", "table.csv", "report.html"]
@@ -296,7 +296,7 @@ fn submits_remaining_tasks_and_a_collecting_job() {
     assert_eq!(table.matches(",missing,").count(), 4, "{table}");
 }
 
-/// Returns every TOML block of the reference page.
+/// Returns every TOML block of the documentation page on sweeps.
 fn examples() -> Vec<String> {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/sweeps.md");
     let page = std::fs::read_to_string(page).expect("the page");

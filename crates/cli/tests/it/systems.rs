@@ -224,13 +224,14 @@ fn inspects_data_by_the_columns_of_a_model() {
     assert!(text.contains("12 values are equal to 10 V: a range with this limit"), "{text}");
 }
 
-/// Ten recordings of a pendulum of 0.153 m with viscous friction of 0.05 1/s and quadratic friction `c`.
+/// CSV text of ten recordings of a 0.153 m pendulum with viscous (0.05 1/s) and quadratic (`c`) friction.
 fn swings(c: f64) -> String {
     recordings_with_friction(|_, v| -c * v.abs() * v)
 }
 
-/// The same with another friction law of angle and speed. The noise of 2 mrad is a sum of congruential
-/// random numbers.
+/// CSV text of ten recordings of a 0.153 m pendulum with the friction `law` of angle and speed.
+///
+/// The noise of 2 mrad is a sum of congruential random numbers.
 fn recordings_with_friction(law: impl Fn(f64, f64) -> f64) -> String {
     let mut state: u64 = 7;
     let mut noise = || {

@@ -9,7 +9,7 @@ const DECAY: &str = "scenario = \"system\"\nname = \"decay\"\n[states]\nx_m = { 
                      tau_s = { nominal = 2.0, min = 0.1, max = 100000.0 }\n[rates]\nx_m = \"-x_m / tau_s\"\n[outputs]\n\
                      pos_m = { value = \"x_m\", sd = 0.001 }\n";
 
-/// Rows of an exponential decay with a time constant of 4 in the unit of the clock, every 0.1.
+/// CSV text of an exponential decay, sampled every 0.1 with a time constant of 4, in the unit of the clock.
 fn decay(header: &str, times: impl Fn(f64) -> String) -> String {
     let mut text = format!("{header}\n");
     for k in 0..80 {

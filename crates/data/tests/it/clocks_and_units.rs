@@ -4,7 +4,7 @@
 use augsim_data::{DataError, Dataset, MissingCells, NamedCsv, Unit, read_dataset};
 use std::path::Path;
 
-/// The columns `wanted` (name, unit) of a file with this text, as a model of equations reads them.
+/// Reads the columns `wanted` (name, unit) of a file with the content `text`, as a model of equations does.
 fn named(text: &str, time: Option<&str>, wanted: &[(&str, &str)]) -> Result<Dataset, DataError> {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("run.csv");
@@ -14,7 +14,7 @@ fn named(text: &str, time: Option<&str>, wanted: &[(&str, &str)]) -> Result<Data
     NamedCsv::open_with_time(&file, time)?.read(&wanted)
 }
 
-/// Rows of `header` with these times and a column of values that grows by 1.
+/// CSV text with the given header and times, and a column of values that grows by 1 per row.
 fn table(header: &str, times: &[&str]) -> String {
     let rows = times.iter().enumerate().map(|(k, t)| format!("{t},{}\n", 1 + k * k));
     format!("{header}\n{}", rows.collect::<String>())

@@ -18,12 +18,12 @@ fn file(bytes: &[u8]) -> File {
     File { _folder: folder, path }
 }
 
-/// The message with the path replaced by `F`.
+/// Message of an error, with the path of the file replaced by `F`.
 fn text_of(error: &DataError, path: &std::path::Path) -> String {
     error.to_string().replace(&path.display().to_string(), "F")
 }
 
-/// The message of the error for a file with this content.
+/// Message of the error for a file with the content `content`.
 fn refusal(content: &str) -> String {
     let file = file(content.as_bytes());
     let error = read_csv(&file.path, MissingCells::Refuse).expect_err("the file is faulty");

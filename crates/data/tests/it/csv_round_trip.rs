@@ -4,7 +4,7 @@
 use augsim_data::{Dataset, MissingCells, Trajectory, read_csv, read_dataset, write_csv};
 use proptest::prelude::*;
 
-/// Any finite double or a gap, drawn by its bits so that subnormals, both zeros and the extremes occur.
+/// Generates any finite double or a gap; bits are drawn, so that subnormals, both zeros and extremes occur.
 fn cell() -> impl Strategy<Value = f64> {
     any::<u64>().prop_map(|bits| {
         let value = f64::from_bits(bits);
@@ -12,7 +12,7 @@ fn cell() -> impl Strategy<Value = f64> {
     })
 }
 
-/// Identifiers with separators, quotes and spaces inside, which the writer has to quote.
+/// Trajectory identifier with separators, quotes and spaces inside, which the writer has to quote.
 fn id(index: usize, text: &str) -> String {
     format!("{text}{index}")
 }
@@ -46,7 +46,7 @@ prop_compose! {
     }
 }
 
-/// Bits of all values and times, because NaN is not equal to itself.
+/// Bits of all values and times of a data set, for comparisons, because NaN is not equal to itself.
 fn bits(set: &Dataset) -> Vec<Vec<Vec<u64>>> {
     let column = |samples: &Vec<f64>| samples.iter().map(|v| v.to_bits()).collect();
     let rows = |t: &Trajectory| {

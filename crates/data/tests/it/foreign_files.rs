@@ -7,7 +7,7 @@ use augsim_data::{
 use std::io::Write;
 use std::path::PathBuf;
 
-/// Writes a file with these bytes and reads it as a data set without a model.
+/// Writes a file with the content `bytes` and reads it as a data set without a model.
 fn read(name: &str, bytes: &[u8]) -> Result<Dataset, DataError> {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join(name);
@@ -28,7 +28,7 @@ fn zip(members: &[(&str, &[u8])]) -> Vec<u8> {
     archive.finish().expect("an archive").into_inner()
 }
 
-/// A workbook with these cells, row by row; texts are inline.
+/// Bytes of an Excel workbook with the cells `rows`, row by row; texts are inline.
 fn workbook(rows: &[&[&str]]) -> Vec<u8> {
     let cell = |(row, column, text): (usize, usize, &str)| {
         let place = format!("{}{}", char::from(b'A' + column as u8), row + 1);
@@ -63,7 +63,7 @@ fn workbook(rows: &[&[&str]]) -> Vec<u8> {
     ])
 }
 
-/// An element of a MATLAB file.
+/// Bytes of a data element of a MATLAB file with the type code `kind`.
 fn element(kind: u32, content: &[u8]) -> Vec<u8> {
     let mut out = [kind.to_le_bytes(), (content.len() as u32).to_le_bytes()].concat();
     out.extend(content);
@@ -71,7 +71,7 @@ fn element(kind: u32, content: &[u8]) -> Vec<u8> {
     out
 }
 
-/// A MATLAB file with column vectors of doubles, each compressed as version 7 does, or plain as version 5.
+/// Bytes of a MATLAB file with column vectors of doubles, compressed as in version 7 or plain as in version 5.
 fn mat(vectors: &[(&str, &[f64])], compressed: bool) -> Vec<u8> {
     let mut out = b"MATLAB 5.0 MAT-file, Platform: GLNXA64".to_vec();
     out.resize(124, b' ');

@@ -30,7 +30,7 @@ fn refusal(name: &str, bytes: &[u8]) -> DataError {
     read_dataset(&file.path, MissingCells::AsGap).expect_err("the file is refused")
 }
 
-/// An NPZ file with one array `t_s` that has this header and these values.
+/// Bytes of an NPZ file with one array `t_s` that has the given header and values.
 fn npz(header: &str, values: &[u8]) -> Vec<u8> {
     let mut array = b"\x93NUMPY\x01\x00".to_vec();
     array.extend(u16::try_from(header.len()).expect("a short header").to_le_bytes());

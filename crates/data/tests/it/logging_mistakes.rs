@@ -11,10 +11,10 @@ use rand::RngExt;
 
 const STEP_S: f64 = 2.0;
 
-/// Times, power, temperature of the object, temperature of the heater.
+/// Recording: times, s, and three columns (heater power, temperature of the object, temperature of the heater).
 type Recording = (Vec<f64>, [Vec<f64>; 3]);
 
-/// Recording `number` with `samples` rows every `step_s`.
+/// Simulates recording `number` with `samples` rows, one every `step_s` seconds.
 fn recording(number: u64, step_s: f64, samples: u32) -> Recording {
     let mut rng = random_stream(21, "heater", number);
     let powers: Vec<f64> = (0..8).map(|_| 50.0 * rng.random::<f64>()).collect();
@@ -51,14 +51,14 @@ fn set(recordings: Vec<Recording>) -> Dataset {
         .with_path("heater.csv")
 }
 
-/// The data set after `change`.
+/// Data set of the twelve recordings after `change` altered them.
 fn changed(change: impl Fn(&mut Vec<Recording>)) -> Dataset {
     let mut recordings = recordings();
     change(&mut recordings);
     set(recordings)
 }
 
-/// Expectations of a model with these outputs and inputs.
+/// Expected data of a model with the given outputs and inputs.
 fn model(outputs: &[&str], inputs: &[&str]) -> ExpectedData {
     let names = |list: &[&str]| list.iter().map(|n| (*n).to_owned()).collect();
     ExpectedData { outputs: names(outputs), inputs: names(inputs), ..ExpectedData::default() }
@@ -72,7 +72,7 @@ fn found(data: &Dataset, expected: &ExpectedData) -> Vec<Finding> {
     run_checks(data, expected).into_iter().flat_map(|o| o.findings).collect()
 }
 
-/// The only finding, its severity, and the message of the error or the warning.
+/// Returns the only finding of `check`, its severity, and the message of the error or warning.
 fn only(data: Dataset, expected: &ExpectedData, check: Check) -> (Finding, Severity, String) {
     let mut findings = found(&data, expected);
     assert_eq!(findings.len(), 1, "{findings:?}");

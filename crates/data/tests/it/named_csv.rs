@@ -10,7 +10,7 @@ fn read(path: &Path) -> Result<Dataset, DataError> {
     NamedCsv::open(path)?.read(&[("x_m", metre)])
 }
 
-/// A folder with files of these names and contents.
+/// Makes a folder with the given files, as (name, content).
 fn folder(files: &[(&str, &str)]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for (name, content) in files {

@@ -139,7 +139,7 @@ fn repeated_trials_and_folders_without_trials_are_errors() {
     );
 }
 
-/// The name of a member is part of every message about it.
+/// Archive members whose names are too long or have control characters are refused, because messages show names.
 #[test]
 fn a_member_whose_name_cannot_be_printed_is_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -154,7 +154,7 @@ fn a_member_whose_name_cannot_be_printed_is_refused() {
     }
 }
 
-/// The message of the error of a converter.
+/// Message of the error with which the converter of the data set `set` refuses a path.
 fn conversion(set: &str, path: &Path) -> String {
     let (_, convert) = CONVERTERS.iter().find(|(name, _)| *name == set).expect("a converter");
     convert(path).expect_err("faulty").to_string().replace(&path.display().to_string(), "F")

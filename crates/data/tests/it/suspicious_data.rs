@@ -28,7 +28,7 @@ const PUSH: ExpectedData = ExpectedData {
     temperatures_kelvin: Vec::new(),
 };
 
-/// Times and columns of a trajectory.
+/// Times, s, and columns of a trajectory.
 type Rows = (Vec<f64>, Vec<Vec<f64>>);
 
 /// Uniform noise of standard deviation `sd`.
@@ -36,7 +36,7 @@ fn noise(rng: &mut impl RngExt, sd: f64) -> f64 {
     sd * 12f64.sqrt() * (rng.random::<f64>() - 0.5)
 }
 
-/// Columns x, z and vertical velocity of throws that bounce with restitution 0.7.
+/// Throws that bounce with restitution 0.7: columns x, z and vertical velocity of each.
 fn throws() -> Vec<Rows> {
     (0..12)
         .map(|j| {
@@ -66,14 +66,14 @@ fn set(names: &[&str], all: Vec<Rows>) -> Dataset {
     Dataset::from_names(names, trajectories).expect("valid").with_path("throws.csv")
 }
 
-/// The throws after `change`.
+/// Data set of the throws after `change` altered them.
 fn changed(change: impl FnOnce(&mut Vec<Rows>)) -> Dataset {
     let mut all = throws();
     change(&mut all);
     set(&["x_m", "z_m", "velocity_m_s"], all)
 }
 
-/// The throws after `change` without the velocity, by which other checks would find some mistakes first.
+/// Data set of the altered throws without the velocity, by which other checks would find some mistakes first.
 fn positions(change: impl FnOnce(&mut Vec<Rows>)) -> Dataset {
     let mut all = throws();
     all.iter_mut().for_each(|(_, columns)| columns.truncate(2));
@@ -81,7 +81,7 @@ fn positions(change: impl FnOnce(&mut Vec<Rows>)) -> Dataset {
     set(&["x_m", "z_m"], all)
 }
 
-/// Poses every 10 ms of squares that rotate while a rod pushes them over 0.2 m, after `change`.
+/// Data set of pushes over 0.2 m that rotate a square, sampled every 10 ms, after `change` altered them.
 fn pushes(change: impl FnOnce(&mut Vec<Rows>)) -> Dataset {
     let one = |j: u64| {
         let mut rng = random_stream(8, "pushes", j);
@@ -114,7 +114,7 @@ fn found(data: &Dataset, expected: &ExpectedData) -> Vec<Finding> {
     run_checks(data, expected).into_iter().flat_map(|o| o.findings).collect()
 }
 
-/// The message of the first finding, which must be of `check` and refuse the data.
+/// Message of the first finding, which must come from `check` and refuse the data.
 fn refusal(data: Dataset, expected: &ExpectedData, check: Check) -> String {
     let first = found(&data, expected).into_iter().next().expect("something is found");
     assert_eq!((first.check(), first.severity()), (check, Severity::Refused), "{first}");
