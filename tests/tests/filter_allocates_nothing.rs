@@ -1,6 +1,6 @@
-//! Contract: a filter under way takes in rows, the impact with its moves among them, and forecasts again, without asking for
-//! memory; what it needs it takes when it is made, with its first rows and its first forecast. A counting allocator sees every
-//! allocation of this process, so this file holds one test.
+//! Contract: after its first rows and first forecast, a filter processes rows (impacts too) and forecasts
+//! without allocating memory. A counting allocator sees every allocation of this process, so this file has
+//! one test.
 #![expect(unsafe_code, reason = "counting allocations takes a global allocator")]
 
 use augsim_physics::ball::drop_distribution::{DropDistribution, published_predictor};
@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
 
 struct Counting;
 
-/// Requests for memory since it was last set to zero.
+/// Number of memory allocations since the counter was last set to zero.
 static COUNT: AtomicUsize = AtomicUsize::new(0);
 
 // SAFETY: every call goes to the system's allocator unchanged.

@@ -1,8 +1,8 @@
-//! Contract: the code that `docs/recipes` hands to a newcomer compiles and does what the recipe says. The files are included
-//! from there by path, and stand in this crate as they will in the crate that they are copied to: `ball::effects`, `library`, `convert` and
-//! the names at the root are those of `augsim-physics` and `augsim-data`. What needs no code of Rust is followed by
-//! `crates/cli/tests/it/readme.rs`. A binary of its own, because the
-//! code of the recipes names modules at the root of the crate that it is copied to.
+//! Contract: the code in `docs/recipes` compiles and does what the recipe says. The files are included by
+//! path, and this crate has the modules of the crate into which a user copies them: `ball::effects`,
+//! `library` and `convert`, and the names of `augsim-physics` and `augsim-data` at the root. Recipes without
+//! Rust code are tested by `crates/cli/tests/it/readme.rs`. This is a binary of its own, because the recipes
+//! name modules at the root of a crate.
 
 use augsim_data::convert::Converted;
 use augsim_data::{DataError, Dataset, Trajectory, random_stream, read_text};
@@ -18,7 +18,7 @@ use height_spring::HeightSpring;
 use own_net::{TinyNet, oscillations, train};
 use std::collections::BTreeMap;
 
-/// The modules that effects of the ball are copied into and import.
+/// Stand-in for the module `ball` of `augsim-physics`, which the copied effects import.
 mod ball {
     pub mod effects {
         pub use augsim_physics::ball::effects::*;

@@ -3,8 +3,8 @@
 //! of this process, so this file holds one test and nothing else runs beside it.
 //!
 //! One exception is allowed and counted: rayon's queue of jobs from outside its pool is a linked list of
-//! blocks of 63 jobs, so a loop that is driven from outside takes one block of memory in 63 iterations,
-//! whatever the net. Driven from inside the pool, as here, it takes none.
+//! blocks of 63 jobs. A training that is called from outside the pool takes one block of memory in 63
+//! iterations, for any network. Called from inside the pool, as here, it takes none.
 #![expect(unsafe_code, reason = "counting allocations takes a global allocator")]
 
 use augsim_physics::ball::drop_distribution::{DropDistribution, published_predictor};
@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
 
 struct Counting;
 
-/// Requests for memory, and the largest of them in bytes, since they were last set to zero.
+/// Number of memory allocations since last set to zero; next constant: the largest of them, bytes.
 static COUNT: AtomicUsize = AtomicUsize::new(0);
 static LARGEST: AtomicUsize = AtomicUsize::new(0);
 
@@ -45,7 +45,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// Requests for memory during `f`, and the largest in bytes.
+/// Number of memory allocations during `f`, and the largest in bytes.
 fn requests(f: impl FnOnce()) -> (usize, usize) {
     COUNT.store(0, SeqCst);
     LARGEST.store(0, SeqCst);
@@ -57,8 +57,9 @@ fn ok<R, E: std::fmt::Display>(result: Result<R, E>) -> R {
     result.unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// A worker allocates when it starts and when it first looks for work at another one's. Without this some
-/// worker might do so only during a later iteration.
+/// Lets a worker make the allocations of its start and of its first search for work.
+///
+/// Otherwise some worker might allocate only during a later iteration.
 fn warm_up() {
     rayon::yield_now();
 }

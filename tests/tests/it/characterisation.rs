@@ -1,17 +1,18 @@
-//! Contract: the answers of the loop stay as they are until someone writes down why they change.
+//! Contract: the discovery's answers to sixteen small data sets do not change without a written reason.
 //!
-//! Each of these small sets has its verdict, its effects and a hash of every number that matters (parameters, intervals,
-//! errors, noise, p-values) in `tests/characterisation.json`, and beside them the work that the answer took. A change of
-//! structure leaves all of them as they are; a change of statistics writes them anew, with its reason:
+//! `tests/characterisation.json` holds for each set the verdict, the effects, a hash of all numbers that
+//! matter (parameters, intervals, errors, noise, p-values) and the amount of work. A refactoring leaves all
+//! of them unchanged; a change of the statistics writes them anew, with its reason:
 //!
 //! ```sh
 //! AUGSIM_MINT="why the answers change" cargo test --release -p augsim-tests --test it characterisation
 //! ```
 //!
-//! `AUGSIM_ANSWERS=FOLDER` writes every answer in full, so that two commits can be compared byte for byte. The sets are the
-//! smallest that still take each branch of the loop: nothing to find, effects of flight, impact, sensor and support, a pair,
-//! scatter by impact and by trajectory, values by group, laws that the library does not have, unusual noise; pushes of a
-//! smooth law, of one that is singular at its null, of one that contains another, and with a value for each session.
+//! `AUGSIM_ANSWERS=FOLDER` writes every answer in full, so that two commits can be compared byte for byte.
+//! The sets are the smallest that still take each branch of the discovery: no effect; effects of flight,
+//! impact, sensor and support; a pair; random effects per impact and per trajectory; values per group;
+//! effects outside the library; unusual noise; pushes with a smooth effect, with one that is singular at its
+//! null value, with one that contains another, and with a value per session.
 
 use crate::shared_data::{shared_data, workspace};
 use augsim_data::convert::CONVERTERS;
@@ -24,7 +25,7 @@ use augsim_tests::sealed_push::{PushKind, PushTruth, seal_pushes};
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-/// A set that is measured, and is left out where it is missing.
+/// Name of the measured data set, which is left out where its files are missing.
 const MEASURED: &str = "measured-drops";
 
 fn ball(name: &str, scene: Scene, truth: Truth) -> Discovery {
@@ -49,7 +50,7 @@ fn answer_push(model: &str, data: &Dataset) -> Discovery {
     discover(&model, data, &Options::default(), &mut |_| {}).expect("an answer")
 }
 
-/// Pushes of two sessions that differ in `c_m`.
+/// Runs the discovery on pushes of two sessions that differ in `c_m`.
 fn sessions() -> Discovery {
     let session = |name: &str, c_m: f64, seed: u64| {
         let truth = PushTruth { effect: None, patches: false, c_m, contact_friction: 0.28, pushes: 4 };
@@ -68,7 +69,8 @@ fn sessions() -> Discovery {
     answer_push(&model, &Dataset::from_names(&names, [morning, evening].concat()).expect("well formed"))
 }
 
-/// The sealed fixture with every other trajectory in a group of its own, and a model that gives each group its restitution.
+/// Runs the discovery on the fixture; if `grouped`, alternate trajectories are two groups with own
+/// restitution.
 fn fixture(grouped: bool) -> Discovery {
     let folder = workspace().join("fixtures/sealed");
     let data = read_csv(&folder.join("bounces.csv"), MissingCells::default()).expect("the fixture");
@@ -90,7 +92,7 @@ fn measured_drops() -> Option<Discovery> {
     Some(answer(&converted.model_toml.expect("a model file"), &converted.data))
 }
 
-/// A set by name, and its answer.
+/// Name of a data set, and the function that runs the discovery on it; `None` if its files are missing.
 type Set = (&'static str, fn(&str) -> Option<Discovery>);
 
 const DROPS: Scene = Scene::DROPS;

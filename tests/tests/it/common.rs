@@ -1,4 +1,4 @@
-//! The answer of `discover` to a model of equations and a table, as the command line gives it.
+//! Runs `discover` on a model of equations and a table, as the command line does.
 
 use augsim_discovery::{Discovery, Options};
 use augsim_equations::model;

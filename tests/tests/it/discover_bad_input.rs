@@ -1,5 +1,5 @@
-//! Contract: data or a model with which the loop cannot be closed are refused with one sentence that says what to do; a legal
-//! model, however large, is answered (issue 13, items 3 to 5).
+//! Contract: bad data or a bad model is rejected with one sentence that says what to do. A valid model,
+//! however large, is answered (issue 13, items 3 to 5).
 
 use augsim_data::checks::{AcceptedChecks, Check};
 use augsim_data::{Dataset, Trajectory};
@@ -87,7 +87,7 @@ fn a_model_that_cannot_be_calibrated() {
     );
 }
 
-/// Drops of two balls, in groups `a` and `b`, with the restitution of each; pseudo-noise of a millimetre.
+/// Simulated drops of two balls in groups `a` and `b`, each with its `restitution`; pseudo-noise of 1 mm.
 fn bounces(count: usize, restitution: [f64; 2]) -> Vec<Trajectory> {
     let t: Vec<f64> = (0..120).map(|k| f64::from(k) / 100.0).collect();
     (0..count)

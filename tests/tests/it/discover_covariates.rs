@@ -1,5 +1,6 @@
-//! Contract: what is recorded about a whole trajectory may enter laws. Two balls of other size and mass have one coefficient
-//! of drag, which the loop finds where mass and radius are columns; without them it can only give each ball a drag of its own.
+//! Contract: effects may depend on columns that are constant in each trajectory (covariates). Two balls of
+//! different size and mass have one drag coefficient. The discovery finds it if mass and radius are columns;
+//! without them it can only give each ball its own drag.
 
 use augsim_data::{Dataset, Trajectory, random_stream};
 use augsim_discovery::{Discovery, Options, Verdict, discover};
@@ -9,10 +10,12 @@ use rand_distr::{Distribution, StandardNormal};
 
 const CD: f64 = 0.47;
 const GRAVITY: f64 = 9.81;
-/// Radius and mass: a table-tennis ball and a baseball.
+/// `(radius in m, mass in kg)` of a table-tennis ball and of a baseball.
 const BALLS: [(f64, f64); 2] = [(0.02, 0.0027), (0.0365, 0.145)];
 
 /// Drops without bounce, in closed form: z = h - ln cosh(sqrt(g k) t) / k, k = rho Cd A / 2 m.
+///
+/// If `recorded`, radius and mass are columns of the data.
 fn drops(recorded: bool) -> Dataset {
     let mut rng = random_stream(17, "covariates", 0);
     let trajectories = (0..24usize)

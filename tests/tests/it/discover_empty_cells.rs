@@ -1,9 +1,9 @@
-//! Contract (issue 13, item 1): an empty cell is a measurement that was not made, no more. A row whose only position is empty
-//! gives the answer of the same data without the row, to the last digit; a row that lost one channel of two keeps the other;
-//! no share and no pattern of empty cells makes an effect or hides one.
+//! Contract (issue 13, item 1): an empty cell is a missing measurement and nothing else. A row whose only
+//! position is empty gives the same answer, to the last digit, as data without the row. A row that lost one
+//! of two channels keeps the other. No share and no pattern of empty cells creates or hides an effect.
 //!
-//! The first empty height used to spread to all heights after it, so that the impacts there were not seen and arcs were
-//! joined across them. The sets are those of the sealed generator, whose truth is known.
+//! In an earlier version the first empty height spread to all later heights, so that their impacts were not
+//! detected. The sets come from the independent generator [`augsim_tests::sealed`], whose truth is known.
 
 use augsim_data::{Dataset, random_stream};
 use augsim_discovery::{Discovery, Options, discover};
@@ -12,7 +12,7 @@ use augsim_tests::battery::{Battery, run_with_gaps};
 use augsim_tests::gaps::Gaps;
 use augsim_tests::sealed::{Scene, Truth, seal};
 
-/// A small set of drops with nothing to find; its model.
+/// A small set of drops without a missing effect, and its model.
 fn drops() -> (Dataset, Model) {
     let truth = Truth { declared_ratio: 1.0, ..Truth::default() };
     let sealed = seal(&Scene::DROPS, truth, &mut random_stream(1, "drops", 0)).expect("well formed");
@@ -23,7 +23,7 @@ fn answer(model: &Model, data: &Dataset) -> Discovery {
     discover(model, data, &Options::default(), &mut |_| {}).expect("an answer")
 }
 
-/// The rows of `data` whose height was measured.
+/// Returns `data` without the rows whose height is empty.
 fn without_empty_rows(data: &Dataset) -> Dataset {
     let kept = data.trajectories().iter().map(|t| {
         let rows: Vec<usize> = (0..t.len()).filter(|&k| t.column(0)[k].is_finite()).collect();

@@ -1,5 +1,6 @@
-//! Contract (issue 17, item 5): where time stamps jitter about the frames of a clock, the loop puts the samples on the frames, says
-//! so, and finds the noise of the sensor beside them. Samples that were taken at uneven times, and stamps that are even, stay.
+//! Contract (issue 17, item 5): if time stamps jitter about the frames of a camera clock, the discovery moves
+//! the samples to the frames, reports it, and estimates the sensor's noise as well. Samples at uneven times
+//! and even time stamps are not moved.
 
 use augsim_data::{Dataset, Trajectory, random_stream};
 use augsim_discovery::{Discovery, Options, Verdict, discover};
@@ -13,7 +14,7 @@ use std::fmt::Write;
 const NOISE_M: f64 = 0.001;
 const JITTER_S: f64 = 0.001;
 
-/// Drops with nothing to find, taken at 100 Hz.
+/// Drops without a missing effect, sampled at 100 Hz, and their model.
 fn drops() -> (Dataset, Model) {
     let scene = Scene { trajectories: 24, noise_m: NOISE_M, ..Scene::DROPS };
     let truth = Truth { declared_ratio: 1.0, ..Truth::default() };
@@ -81,7 +82,7 @@ const PENDULUM: &str = "scenario = \"system\"\nname = \"pendulum\"\n\
     omega_rad_s = \"-9.81 / length_m * sin(theta_rad) - damping_per_s * omega_rad_s\"\n\
     [outputs]\nangle_rad = { value = \"theta_rad\", sd = \"estimate\" }\n";
 
-/// Swings of a pendulum of 0.153 m with a damping of 0.05 /s: 120 Hz, stamps in whole milliseconds, 1 mrad of noise.
+/// CSV text of pendulum swings: length 0.153 m, damping 0.05 /s, 120 Hz, stamps in whole ms, 1 mrad of noise.
 fn swings() -> String {
     let mut rng = random_stream(5, "swings", 0);
     let mut csv = "trajectory,t_s,angle_rad\n".to_owned();

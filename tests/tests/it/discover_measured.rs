@@ -1,6 +1,7 @@
-//! Contract: on measured sets the loop finds a known effect, and the error on held-out trajectories falls by more than chance:
-//! the interval of the reduction excludes no change. A second pass over what it found adds nothing to the sets that the library
-//! can describe. The sets came from others and are not part of this repository: where they are missing the test says so.
+//! Contract: on measured sets the discovery finds a known effect, and the error on held-out trajectories
+//! decreases significantly: the 95 % interval of the reduction excludes zero. A second discovery on the
+//! augmented model adds nothing to the sets that the library can describe. The sets are not part of this
+//! repository; where they are missing the test says so.
 
 use crate::shared_data::shared_data;
 use augsim_data::Dataset;
@@ -8,7 +9,8 @@ use augsim_data::convert::CONVERTERS;
 use augsim_discovery::{Discovery, Options, Verdict, discover};
 use augsim_physics::model::Model;
 
-/// The data set and its model file as text.
+/// Converts the measured data set `name`; returns it with the text of its model file, or `None` if it is
+/// missing.
 fn measured(name: &str) -> Option<(Dataset, String)> {
     let folder = shared_data(name)?;
     let (_, convert) = CONVERTERS.iter().find(|(set, _)| *set == name).expect("a converter");

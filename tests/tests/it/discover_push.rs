@@ -1,6 +1,7 @@
-//! Contract: on sealed pushes of an independent generator the loop names what is missing and nothing else; data with which
-//! it cannot be closed are refused with one sentence that says what to do; on measured runs the error on runs that no fit has
-//! seen falls with calibration. The measured set came from others and is not part of this repository: where it is missing the test says so.
+//! Contract: on generated pushes with known truth the discovery names the missing effect and nothing else.
+//! Unusable data are rejected with one sentence that says what to do. On measured runs calibration reduces
+//! the error on held-out runs. The measured set is not part of this repository; where it is missing the test
+//! says so.
 
 use crate::shared_data::shared_data;
 use augsim_data::checks::{AcceptedChecks, Check};
@@ -19,7 +20,7 @@ fn sealed(effect: Option<PushKind>, patches: bool) -> Discovery {
     discover(&model, &set.data, &Options::default(), &mut |_| {}).expect("an answer")
 }
 
-/// A measured set, converted, and the model that it begins with.
+/// Converts the measured set `set`; returns it with its declared model, or `None` if the folder is missing.
 fn measured(folder: &str, set: &str) -> Option<(Dataset, PushModel)> {
     let folder = shared_data(folder)?;
     let (_, convert) = CONVERTERS.iter().find(|(name, _)| *name == set).expect("a converter");
@@ -148,7 +149,7 @@ fn the_answer_does_not_depend_on_the_number_of_threads() {
     });
 }
 
-/// Pushes whose rod keeps `away` m from the object's centre.
+/// Error message of a discovery on pushes whose rod keeps `away` m from the object's centre.
 fn refusal(names: &[&str], count: usize, away: f64) -> String {
     let trajectories = (0..count)
         .map(|j| {

@@ -1,5 +1,6 @@
-//! Contract (issue 17, item 4): the loop tells a restitution that is drawn for each drop from one that is drawn for each impact,
-//! also in drops that no exact law follows: PyBullet's steps make the impacts of a drop differ by a little besides.
+//! Contract (issue 17, item 4): the discovery distinguishes a restitution that is drawn per drop from one
+//! that is drawn per impact. This also holds for PyBullet drops, whose time steps make the impacts of a drop
+//! differ slightly.
 
 use augsim_data::{Dataset, Trajectory, random_stream};
 use augsim_discovery::{Discovery, Options, discover};
@@ -7,7 +8,7 @@ use augsim_physics::ball::bullet::{BulletBall, BulletState};
 use augsim_physics::ball::drop_distribution::DropDistribution;
 use augsim_physics::model::Model;
 
-/// Gravity and a constant restitution; the deviation of a position is a tolerance for the engine's steps.
+/// Model file: gravity and a constant restitution; `position_sd_m` is a tolerance for PyBullet's time steps.
 const MODEL: &str = "\
 scenario = \"ball\"
 [parameters]
@@ -25,7 +26,8 @@ fn found(data: &Dataset) -> Discovery {
     discover(&model, data, &Options::default(), &mut |_| {}).expect("an answer")
 }
 
-/// The answer's scatter: whether it is per impact or per trajectory, its standard deviation and the 95 % interval of that.
+/// Random effect of an answer: drawn `per` impact or trajectory, its standard deviation, and the 95 %
+/// interval of that.
 fn scatter(found: &Discovery) -> (&str, f64, [f64; 2]) {
     let effect = found.effects.iter().find(|e| e.kind == "restitution-scatter").expect(&found.sentence);
     let sd = &effect.parameters["sd"];

@@ -1,7 +1,7 @@
-//! Contract: on sealed sets of an independent generator the loop gives the right verdict. The truth is opened after it.
+//! Contract: the discovery gives the right verdict on generated sets whose truth is read only afterwards.
 //!
-//! This is the small battery of every test run; `discover_battery` runs hundreds. Counts allow one miss where hundreds of
-//! sets showed a rate of one to three per cent.
+//! These few sets run in every test run; `discover_battery` runs hundreds. The counts allow one miss where
+//! hundreds of sets showed a rate of 1 to 3 %.
 
 use augsim_data::random_stream;
 use augsim_discovery::{Options, discover};

@@ -1,6 +1,6 @@
-//! Contract: a ball that is a hair above or below the ground when a step ends touches it at this step or at the next. A filter
-//! that does not know the height to a hair forecasts the rest all the same: behind ten rows after the rebound as well as behind
-//! any other drop.
+//! Contract: forecasts stay accurate if the ball's height at the end of a time step is within 0.2 mm of the
+//! ground, so that the impact occurs at this step or at the next. A filter whose height is more uncertain
+//! than that forecasts the motion ten rows after the rebound as accurately as for any other drop.
 use augsim_data::random_stream;
 use augsim_physics::ball::drop_distribution::DropDistribution;
 use augsim_trainer::filter::{

@@ -1,5 +1,6 @@
-//! Contract: laws of what differs from trajectory to trajectory are learned from other trajectories, and with them the spin of a
-//! flight is seen in its beginning and its bands hold. Flights are made by a Runge-Kutta integration of the test's own.
+//! Contract: prior distributions of parameters that differ between trajectories are learned from other
+//! trajectories. With them the filter estimates the spin of a flight from its beginning, and its prediction
+//! bands have their nominal coverage. Flights come from a separate Runge-Kutta integration.
 use augsim_data::random_stream;
 use augsim_physics::ball::Axes;
 use augsim_physics::model::Model;
@@ -15,7 +16,7 @@ use std::sync::Arc;
 const STEP_S: f64 = 0.01;
 const ROWS: usize = 40;
 const SD_M: f64 = 0.001;
-/// Lift a = LIFT (spin x v), and the deviation of the spin about x, rad/s.
+/// Lift coefficient of a = LIFT (spin x v); next constant: standard deviation of the spin about x, rad/s.
 const LIFT: f64 = 0.002;
 const SPIN_SD: f64 = 150.0;
 const MODEL: &str = "scenario = \"ball\"\n[parameters]\ngravity_m_s2 = { nominal = 9.81, frozen = true }\n\
@@ -25,7 +26,7 @@ const MODEL: &str = "scenario = \"ball\"\n[parameters]\ngravity_m_s2 = { nominal
     x_rad_s = { nominal = 0.0, min = -700.0, max = 700.0, per = \"trajectory\" }\n\
     y_rad_s = { nominal = 0.0, frozen = true }\nz_rad_s = { nominal = 0.0, frozen = true }\n";
 
-/// A flight along y at 5 m/s with spin about x: the lift acts in the plane of y and z.
+/// Measured rows of a flight along y at 5 m/s with `spin` about x (rad/s): the lift acts in the y-z plane.
 fn flight(spin: f64, noise: &mut dyn FnMut() -> f64) -> Vec<f64> {
     let rate = |v: [f64; 2]| [-LIFT * spin * v[1], -9.81 + LIFT * spin * v[0]];
     let (mut at, mut v) = ([0.0, 1.0], [5.0, 1.0]);

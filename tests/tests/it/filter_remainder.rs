@@ -1,4 +1,5 @@
-//! Contract: where the rest is a curved function of the beginning, forecasts err by what noise leaves and bands hold.
+//! Contract: if the residual is a nonlinear function of the prefix, forecasts reach the noise level and bands
+//! cover.
 use augsim_data::random_stream;
 use augsim_trainer::filter::{
     FilterSettings, InitialStatePrior, Sensor, TrajectoryRegression, evaluate_filtered, same_prefix_lengths,
@@ -8,7 +9,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 const SD: f64 = 0.01;
 
-/// Parabolas whose height is the square of their slope at the beginning.
+/// Generates curves whose later part rises with the square of their slope at the beginning.
 fn curves(count: usize, noise: f64, seed: u64) -> Sequences {
     let mut rng = random_stream(seed, "curves", 0);
     let mut draw = || -> f64 { StandardNormal.sample(&mut rng) };

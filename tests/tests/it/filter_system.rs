@@ -1,5 +1,6 @@
-//! Contract: the posterior of a flight is that of linear regression; behind a rebound the restitution of a trajectory is known
-//! as well as its readings say, before it as well as its law; a prefix that says too little is refused.
+//! Contract: the filter's posterior of a flight equals that of linear regression. After a rebound the
+//! restitution of a trajectory is as certain as the measurements allow, before it as certain as its prior. A
+//! prefix that is too short for an estimate is rejected.
 use augsim_physics::ball::Axes;
 use augsim_physics::model::Model;
 use augsim_system::{Record, Simulate};
@@ -19,7 +20,7 @@ fn times(count: usize) -> Vec<f64> {
     (0..count).map(|k| STEP_S * k as f64).collect()
 }
 
-/// Heights of a ball with restitution `e`, dropped from 1 m at rest, every 10 ms.
+/// Heights (m) of a ball with restitution `e`, dropped from 1 m at rest, every 10 ms.
 fn heights(e: f64, count: usize) -> Vec<f64> {
     let fall = (2.0 / 9.81_f64).sqrt();
     let of = |t: f64| {

@@ -1,8 +1,8 @@
-//! Contract: in f64 the nets are PyTorch's, to 1e-10: a two-layer GRU and the whole DCVRNN, with outputs,
-//! loss, every gradient by name (inputs, noise and initial states included), the generated trajectories
-//! and three steps of Adam. The golden files were written by torch in f64; each says how. Both sides
-//! round at 1e-16 and sums have at most a hundred terms, so 1e-10 is far above rounding and far below any
-//! error of definition.
+//! Contract: in f64 the networks agree with PyTorch to 1e-10: a two-layer GRU and the whole DCVRNN, with
+//! outputs, loss, every gradient by name (of inputs, noise and initial states too), the generated
+//! trajectories and three steps of Adam. The golden files were written by torch in f64; each says how. Both
+//! sides round at 1e-16 and sums have at most a hundred terms, so 1e-10 is far above rounding and far below
+//! any error of definition.
 
 use augsim_nn::{Adam, AdamState, Bound, Gru, Params};
 use augsim_tensor::{Tape, TensorError, Var};
@@ -29,12 +29,12 @@ fn size(file: &Value, name: &str) -> usize {
     file["shapes"][name].as_u64().map_or_else(|| panic!("shape {name}"), |n| n as usize)
 }
 
-/// An empty store.
+/// Makes an empty set of network parameters.
 fn store() -> Params<f64> {
     Params::new(Xoshiro256PlusPlus::seed_from_u64(0))
 }
 
-/// Sets every parameter to the golden weight of its name (less `prefix`), of the same extents.
+/// Sets every parameter to the golden weight of the same name (without `prefix`) and the same shape.
 fn set(params: &mut Params<f64>, prefix: &str, weights: &Value) {
     let Value::Object(map) = weights else { panic!("weights are not an object") };
     assert_eq!(params.iter().count(), map.len(), "number of parameters");
@@ -47,7 +47,7 @@ fn set(params: &mut Params<f64>, prefix: &str, weights: &Value) {
     }
 }
 
-/// Compares the gradient of every parameter by name.
+/// Compares the gradient of every parameter with the golden one of the same name.
 fn assert_gradients(params: &Params<f64>, tape: &Tape<f64>, bound: &Bound, prefix: &str, want: &Value) {
     let mut flat_grads = vec![0.0; params.values().len()];
     params.gather_grads(tape, bound, &mut flat_grads);
@@ -59,14 +59,14 @@ fn assert_gradients(params: &Params<f64>, tape: &Tape<f64>, bound: &Bound, prefi
     }
 }
 
-/// Layer `l` of a golden `[layers, batch, hidden]` array as `[hidden, batch]`.
+/// Layer `l` of a golden `[layers, batch, hidden]` array, reordered to `[hidden, batch]`.
 fn hidden_batch(v: &Value, l: usize) -> Vec<f64> {
     let (d, x) = (dims(&v[l]), flat(&v[l]));
     let (batch, hidden) = (d[0], d[1]);
     (0..hidden).flat_map(|h| (0..batch).map(move |b| b * hidden + h)).map(|at| x[at]).collect()
 }
 
-/// Inner product of a tensor with constants of the same extents.
+/// Records the inner product of a tensor with constants of the same shape.
 fn dot(tape: &mut Tape<f64>, v: Var, with: &[f64]) -> Result<Var, TensorError> {
     let with = tape.constant(tape.shape(v).dims().to_vec().as_slice(), with)?;
     let product = tape.mul(v, with)?;
@@ -112,7 +112,7 @@ fn two_layer_gru() {
     }
 }
 
-/// The golden DCVRNN: file, net, weights, batch and time.
+/// The golden DCVRNN: `(golden file, network, weights, batch size, number of times)`.
 fn dcvrnn() -> (Value, Dcvrnn, Params<f64>, usize, usize) {
     let file = golden("dcvrnn_golden.json");
     let [batch, time, state, condition, latent, hidden, layers] =
@@ -125,7 +125,7 @@ fn dcvrnn() -> (Value, Dcvrnn, Params<f64>, usize, usize) {
     (file, net, params, batch, time)
 }
 
-/// Sums over features of `[time, feature, batch]` against a golden `[batch, time]` array.
+/// Compares sums over features of a `[time, feature, batch]` tensor with a golden `[batch, time]` array.
 fn assert_sums(what: &str, tape: &mut Tape<f64>, v: Var, want: &Value) {
     let sum = ok(tape.sum(v, 1));
     let (d, x) = (dims(want), flat(want));

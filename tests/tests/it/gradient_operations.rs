@@ -1,9 +1,9 @@
-//! Contract: every operation of the tape has the right derivative, whatever the extents (0 and 1
-//! included), whichever operands are constants, and however often an operand is used. Five routes to the
-//! same numbers have to agree: the VJP, central differences along random directions, the inner-product
-//! identity, single precision (which runs other kernels), and the compositions of elementary operations
-//! that the fused ones replace. The table of cases is complete because the tape lists its operations and
-//! says which of them made a tensor.
+//! Contract: every operation of the autodiff tape has the right derivative for all shapes (sizes 0 and 1
+//! too), whichever operands are constants, and however often an operand is used. Five computations of the
+//! same numbers must agree: reverse-mode gradients, central differences along random directions, the
+//! inner-product identity, single precision (which uses other kernels), and the compositions of elementary
+//! operations that fused ones replace. The table of cases is complete, because the tape lists its operations
+//! and says which of them made a tensor.
 
 use augsim_tensor::{GruVars, OPERATIONS, Tape, Var};
 use augsim_tests::gradient::{Function, Input, Outcome, check, check_inner_product, pull_back};
@@ -66,7 +66,7 @@ fn what_a_recycled_buffer_held_never_shows() {
     }
 }
 
-/// Largest difference of outputs and gradients, relative to the larger of 1 and the largest value.
+/// Largest difference of outputs and gradients, relative to the larger of 1 and the tensor's largest value.
 fn distance<A: augsim_tensor::Scalar, B: augsim_tensor::Scalar>(a: &Outcome<A>, b: &Outcome<B>) -> f64 {
     let tensors = [(&a.output, &b.output)].into_iter().chain(a.gradients.iter().zip(&b.gradients));
     let mut worst = 0.0_f64;
@@ -92,8 +92,10 @@ fn single_precision_agrees_with_double() {
     }
 }
 
-/// Asserts that two routes give the same output and gradients in f64. They differ in the order of sums of
-/// at most 300 terms, so in a few hundred eps at most: 1e-12 leaves a decade.
+/// Asserts that a fused and a composed operation have the same output and gradients in f64.
+///
+/// They differ in the order of sums of at most 300 terms, so by a few hundred eps at most; the tolerance of
+/// 1e-12 leaves a decade.
 fn assert_twins(label: &str, inputs: &[Input], fused: &Function<'_>, composed: &Function<'_>) {
     let [a, b] = [fused, composed].map(|f| pull_back(&mut Tape::new(), f, inputs, |_| true, 3));
     let off = distance(&a, &b);

@@ -1,12 +1,12 @@
-//! Contract (issue 14, step 2): the files of a crate import each other without circles, so that each can be read after those
-//! that it stands on. The test reads `use crate::…`, `use super::…` and paths of that form inside the code, resolves each to
-//! the file that it names, and looks for a way back. Names that the crate's root hands out again are its face and no file;
-//! unit tests at the end of a file may look anywhere.
+//! Contract (issue 14, step 2): the files of a crate have no circular imports, so that each can be read after
+//! those that it uses. The test reads `use crate::…`, `use super::…` and such paths in the code, resolves
+//! each to the file that it names, and searches for cycles. Names that the crate's root re-exports count as
+//! no file; unit tests at the end of a file may import anything.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// Text of each module, by its path (`push::engine`; empty for the root).
+/// Text of each module of a crate, by module path (`push::engine`; empty for the root).
 fn modules(src: &Path) -> BTreeMap<String, String> {
     fn visit(folder: &Path, prefix: &str, out: &mut BTreeMap<String, String>) {
         for entry in std::fs::read_dir(folder).expect("a folder of sources").flatten() {
@@ -31,7 +31,7 @@ fn modules(src: &Path) -> BTreeMap<String, String> {
     out
 }
 
-/// Every path of an import: `a::{b, c::{d}}` has three.
+/// Expands an import tree to single paths: `a::{b, c::{d}}` has two.
 fn expand(tree: &str) -> Vec<String> {
     let Some((head, rest)) = tree.split_once('{') else {
         let path = tree.split(" as ").next().unwrap_or_default();
@@ -50,7 +50,7 @@ fn expand(tree: &str) -> Vec<String> {
     all.map(|path| head.split_whitespace().collect::<String>() + &path).collect()
 }
 
-/// Paths that begin with `crate`, `super` or `self` in a module's code.
+/// Finds the paths that begin with `crate`, `super` or `self` in the code of a module.
 fn paths(code: &str) -> Vec<String> {
     let mut found = Vec::new();
     let is_name = |c: char| c.is_alphanumeric() || c == '_';
@@ -72,7 +72,7 @@ fn paths(code: &str) -> Vec<String> {
     found
 }
 
-/// The module that a path of `from` names: the longest part of it that is one.
+/// Resolves a path in module `from` to the module that it names: its longest part that is a module.
 fn resolve(path: &str, from: &str, modules: &BTreeMap<String, String>) -> Option<String> {
     let mut at: Vec<&str> = from.split("::").filter(|s| !s.is_empty()).collect();
     for segment in path.split("::") {
@@ -91,7 +91,7 @@ fn resolve(path: &str, from: &str, modules: &BTreeMap<String, String>) -> Option
     Some(at.join("::")).filter(|module| !module.is_empty())
 }
 
-/// A way from a module back to itself.
+/// Finds a cycle of imports: the modules from one back to itself; `None` if there is no cycle.
 fn circle(graph: &BTreeMap<String, BTreeSet<String>>) -> Option<Vec<String>> {
     fn walk(
         at: &str,

@@ -1,6 +1,6 @@
-//! Contract: the linear test system is linear, and its derivatives are its design matrix, so that whatever the loop computes
-//! on it can be held against a formula. Also the parts of the trait that every system inherits: a record as one window, the
-//! places of added laws.
+//! Contract: the linear test system is linear and its derivatives form its design matrix, so that results of
+//! the discovery can be compared with formulas. Also tests defaults of the trait `System`: a record as one
+//! window, and the places of added effects.
 
 use augsim_system::{
     Augment, InitialValue, ModelTerm, Offsets, Prepare, Record, Seed, Simulate, Simulated, Task,

@@ -1,10 +1,10 @@
 //! The integration tests of this workspace, in one binary: each file is a module, so that the workspace is linked once.
 
-/// Where measured and golden data lie.
+/// Location of measured and golden data that are not committed.
 #[path = "../../support/shared_data.rs"]
 mod shared_data;
 
-/// One set of throws, written in twelve ways.
+/// One set of planar throws, written in twelve file layouts.
 #[path = "../../support/throws_as_files.rs"]
 mod throws_as_files;
 

@@ -1,5 +1,6 @@
-//! Contract (issue 16, judgement before search): data that are not of the declared system end with no named effect, whatever
-//! is free in the model; and where the floor lies changes no answer but its own height.
+//! Contract (issue 16): data of another system than the declared one are answered without a named effect,
+//! whichever parameters are free. The height of the floor changes nothing in the answer but the estimated
+//! floor height.
 
 use augsim_data::{Dataset, random_stream};
 use augsim_discovery::{Discovery, Options, Verdict, discover};
@@ -15,7 +16,7 @@ fn model(gravity: &str) -> Model {
     Model::parse(&text, "ball.toml").expect("a model")
 }
 
-/// The answer, or the sentence of a refusal.
+/// Runs the discovery; returns its answer, or the message with which it rejects the data.
 fn answer(model: &Model, data: &Dataset) -> Result<Discovery, String> {
     discover(model, data, &Options::default(), &mut |_| {}).map_err(|e| e.to_string())
 }
@@ -26,7 +27,7 @@ fn throws() -> Dataset {
     seal(&scene, truth, &mut random_stream(16, "own recordings", 0)).expect("well formed").data
 }
 
-/// No effect is named; with `says` in the sentence.
+/// Asserts that the discovery names no effect, and that its sentence or message contains `says`.
 fn refused(model: &Model, data: &Dataset, says: &str) {
     match answer(model, data) {
         Ok(d) => {

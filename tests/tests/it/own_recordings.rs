@@ -1,5 +1,6 @@
-//! Contract (issue 16, own data in one command): one set of throws, written as people write recordings, gives one answer: the same
-//! effect, its value within the interval of the clean file. `AUGSIM` reads them all by `recognise`, as `augsim start` does.
+//! Contract (issue 16): one set of throws in the file layouts of many users gives one answer: the same
+//! effect, with a value within the interval of the plain file. All files are read by `recognise`, as in
+//! `augsim start`.
 
 use augsim_data::{
     DataError, Dataset, MissingCells, RecognisedData, RecognitionOptions, RecordingKind, random_stream,
@@ -17,14 +18,14 @@ use crate::throws_as_files::{PLAIN, Style, write_in_twelve_layouts};
 const MODEL: &str = "scenario = \"ball\"\n[parameters]\ngravity_m_s2 = { nominal = 9.81, frozen = true }\n\
                      restitution = { nominal = 0.65, min = 0.0, max = 1.0 }\n[release]\nkind = \"free\"\n";
 
-/// Twelve throws with drag; columns x_m and z_m alone.
+/// Twelve generated throws with quadratic drag; the only columns are x_m and z_m.
 fn throws() -> Dataset {
     let scene = Scene { plane: true, at_rest: false, trajectories: 12, rate_hz: 60.0, ..Scene::DROPS };
     let truth = Truth { effects: vec![Kind::QuadraticDrag(0.08)], declared_ratio: 1.0, ..Truth::default() };
     seal(&scene, truth, &mut random_stream(17, "own recordings", 0)).expect("well formed").data
 }
 
-/// The drag that the loop finds in a set, alone.
+/// Runs the discovery on a set, asserts that it finds drag alone, and returns the estimate.
 fn drag(name: &str, data: &Dataset) -> Estimate {
     let mut text = MODEL.to_owned();
     if let Some(floor) = detected_floor_m(data).filter(|z| z.abs() > 0.05) {

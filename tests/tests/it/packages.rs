@@ -1,7 +1,8 @@
-//! Contract (issue 20): a crate can be published. What its source includes lies in the crate, because `cargo package` takes no
-//! other files along; its manifest says what the registry asks for; and each of its dependencies has a version. That all
-//! crates build from their packages is tried by hand: `cargo package --workspace --exclude augsim-tests --exclude
-//! augsim-faults --exclude augsim-fuzz --exclude augsim-benches`.
+//! Contract (issue 20): every crate can be published. Files that its source includes are inside the crate,
+//! because `cargo package` takes no others; its manifest has the fields that the registry requires; each
+//! dependency has a version. That all crates build from their packages is tested by hand: `cargo package
+//! --workspace --exclude augsim-tests --exclude augsim-faults --exclude augsim-fuzz --exclude
+//! augsim-benches`.
 
 use std::path::{Path, PathBuf};
 use toml::Table;
@@ -10,7 +11,7 @@ fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Folders of the crates that are published: all but the extension of Python, which is a wheel.
+/// Folders of the crates that are published: all but the Python extension, which is a wheel.
 fn crates() -> Vec<PathBuf> {
     let folders = std::fs::read_dir(workspace().join("crates")).expect("the crates").flatten();
     folders.map(|entry| entry.path()).filter(|path| path.is_dir() && !path.ends_with("python")).collect()
@@ -20,13 +21,13 @@ fn manifest(path: &Path) -> Table {
     std::fs::read_to_string(path).expect("a manifest").parse().expect("TOML")
 }
 
-/// Source files below `folder`.
+/// Paths of all source files below `folder`.
 fn sources(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).expect("a folder of sources").flatten().map(|e| e.path());
     entries.flat_map(|path| if path.is_dir() { sources(&path) } else { vec![path] }).collect()
 }
 
-/// Paths that a source includes, as they are written.
+/// Paths in the `include!` macros of a source text, as they are written.
 fn included(text: &str) -> Vec<&str> {
     ["include_str!(\"", "include_bytes!(\"", "include!(\""]
         .iter()

@@ -1,5 +1,6 @@
-//! Contract: the data law, the engine and the scores together give the published figures of the baselines to the digits that
-//! the description of the regenerated set states, on its own trajectories and on ours.
+//! Contract: data distribution, simulator and scores together reproduce the published errors of the
+//! baselines, to the digits that the description of the regenerated set states, on its trajectories and on
+//! ours.
 
 use crate::shared_data::shared_data;
 use augsim_data::{Dataset, read_legacy_ball};
@@ -7,7 +8,7 @@ use augsim_physics::ball::drop_distribution::{DropDistribution, published_predic
 use augsim_trainer::models::{Physics, Zero};
 use augsim_trainer::{Engine, Forecaster, Sequences, evaluate_forecast};
 
-/// Zero m, Zero m/s, Physics m, Physics m/s, Physics %.
+/// Errors of the baselines: Zero (m), Zero (m/s), Physics (m), Physics (m/s), Physics (%).
 fn figures(truth: &Dataset) -> [f64; 5] {
     let test = Sequences::new(truth, &["height_m", "velocity_m_s"]).expect("both columns");
     let error = |model: &dyn Forecaster| evaluate_forecast(model, &test).expect("a score").mean;

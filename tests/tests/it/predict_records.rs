@@ -1,10 +1,11 @@
-//! Contract: a model that a discovery wrote is run as it stands (`predict`, `simulate --like`, `evaluate`) and is as good as
-//! its report says: on the held-out trajectories its error is that of the report, and on sets that nobody has seen its 90 %
-//! bands hold 85 to 95 % of what is measured.
+//! Contract: a model file that a discovery wrote can be used unchanged (`predict`, `simulate --like`,
+//! `evaluate`) and is as good as its report says. On held-out trajectories its error is that of the report.
+//! On new sets its 90 % bands contain 85 to 95 % of the measurements.
 //!
-//! Every truth is sealed twice: the loop sees the first set, the bands are judged on the second, made from the same truth with
-//! other starts, spins, scatter and noise. Shares of single sets swing with the few impacts that their scatter was drawn at,
-//! so that the bounds are for the share over all sets of a battery.
+//! Two sets are generated from every truth: the discovery reads the first, and the bands are tested on the
+//! second, which has other initial states, spins, random effects and noise. Coverage in single sets varies
+//! with the few impacts at which random effects were drawn, so the limits apply to the coverage over all
+//! sets.
 
 use augsim_data::{Dataset, random_stream};
 use augsim_discovery::{
@@ -17,7 +18,7 @@ use augsim_tests::sealed_push::{PushKind, PushTruth, seal_pushes};
 const OPTIONS: PredictOptions = PredictOptions { seed: 3, draws: 200, only: None };
 const SCENE: Scene = Scene { trajectories: 24, ..Scene::DROPS };
 
-/// A discovery, its data, and a second set of the same truth.
+/// Runs a discovery on a generated set; returns the answer, the set, and a second set with the same truth.
 fn twice(name: &str, scene: Scene, effects: &[Kind]) -> (Discovery, Dataset, Dataset) {
     let truth = Truth { effects: effects.to_vec(), declared_ratio: 1.0, ..Truth::default() };
     let mut rng = random_stream(23, name, 0);

@@ -1,7 +1,7 @@
-//! Contract: predictors get the first state and their place in the set, and nothing else; and
-//! the simple ones behave as their definition says on data whose law is known. The error of `Zero` is the size of
-//! the state, the physics of the data's own parameters is exact, and exact samples of the law are
-//! calibrated: their median is better than a single one of them, and no average forecast beats them.
+//! Contract: forecasters get the first state and their index in the set, and nothing else. The simple ones
+//! behave as defined on data with a known distribution: the error of `Zero` is the size of the state, physics
+//! with the data's own parameters is exact, and exact samples of the distribution are calibrated. The median
+//! of such samples is better than a single one, and no forecast has a smaller mean error.
 
 use augsim_physics::ball::bullet::BulletBall;
 use augsim_physics::ball::drop_distribution::{DropDistribution, published_predictor};
@@ -26,7 +26,7 @@ fn data(law: &DropDistribution, trajectories: usize, seed: u64) -> Sequences {
     ok(Sequences::new(&ok(law.generate(trajectories, seed)).0, &COLUMNS))
 }
 
-/// A net of each recipe, trained for a few iterations.
+/// Networks of four recipes (model classes), each trained for a few iterations.
 fn nets(train: &Sequences) -> Vec<NetModel> {
     let engine = Engine::PybulletBall(published_predictor());
     [Recipe::Neural, Recipe::Hybrid, Recipe::HybridStandardised, Recipe::HybridPlus]
@@ -164,8 +164,9 @@ fn a_forecast_depends_on_the_first_state_and_the_index_alone() {
     }
 }
 
-/// The whole evaluation, on a trajectory whose future is changed: the forecast is the same one, so that
-/// its error against the changed truth is known from the unchanged run.
+/// Evaluates forecasts on trajectories whose future was changed.
+///
+/// The forecast must stay the same, so its error against the changed truth is known from the unchanged run.
 #[test]
 fn changing_the_future_changes_no_forecast_but_every_reconstruction() {
     let train = data(&DropDistribution { samples: 50, ..law() }, 16, 6);

@@ -1,7 +1,7 @@
-//! Contract: what holds for a training run of the ball holds for pushes of unequal lengths (same bytes on any number
-//! of threads, across a stop and a start; what stands beyond a push's end has no weight), and a forecast of a push is a
-//! function of its first pose and the rod's path alone, the same wherever on the table it happens. 40 pushes of the
-//! virtual laboratory: some slow (50 samples), some fast (20), in batches of 20.
+//! Contract: training on pushes of unequal lengths gives the same bytes on any number of threads and after a
+//! stop and a restart; padding beyond a push's end has no weight. A forecast of a push depends only on its
+//! first pose and the rod's path, and is the same anywhere on the table. The data are 40 pushes of the
+//! virtual laboratory, some slow (50 samples), some fast (20), in batches of 20.
 
 use augsim_data::random_stream;
 use augsim_nn::{Bound, Params, checkpoint};
@@ -59,7 +59,7 @@ fn run(recipe: Recipe, data: &Sequences, steps: usize) -> TrainingState {
     training.state().clone()
 }
 
-/// As bytes: a comparison of floats would take -0 for 0.
+/// Training state as bytes, because a comparison of floats would take -0 for 0.
 fn bytes(state: &TrainingState) -> Vec<u8> {
     let dir = ok(tempfile::tempdir());
     let path = dir.path().join("run");
@@ -179,7 +179,7 @@ fn trained(recipe: Recipe, data: &Sequences, steps: usize) -> NetModel {
     ok(NetModel::new(ok(training.finish()).clone()))
 }
 
-/// The same pushes, elsewhere on the table and turned.
+/// Moves all pushes by `by` (m) and turns them by `turn` (rad).
 fn moved(data: &Sequences, by: [f64; 2], turn: f64) -> Sequences {
     let (sin, cos) = turn.sin_cos();
     let mut out = data.clone();
@@ -258,7 +258,7 @@ fn a_forecast_does_not_see_what_comes_later() {
     }
 }
 
-/// The target of corrections is a setting: also single steps under actions, for any system whose states are all measured.
+/// Corrections can also be learned for single steps under actions, for systems whose states are all measured.
 #[test]
 fn single_steps_are_corrected_under_actions_too() {
     let data = data(12, 1);

@@ -1,6 +1,7 @@
-//! Contract: the README of a crate is its documentation, and its reading order leads to every file of `src`, so that neither
-//! can go stale. A table under "Files in reading order" names files and folders below `src` in backticks; a test fails for a
-//! file that no row reaches, and for a row that names nothing. Files of integration tests are modules of one binary, each declared.
+//! Contract: the README of a crate lists all files of its `src` in reading order. The table under "Files in
+//! reading order" names files and folders below `src` in backticks. The test fails for a file that no row
+//! names, and for a row that names no file. Each file of integration tests is declared as a module of one
+//! binary.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -11,13 +12,13 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Folders of the workspace that have a `src` and a README: every crate, and the benches.
+/// Folders of the workspace that have a `src` and a README: every crate, and `benches`.
 fn rooms() -> Vec<PathBuf> {
     let crates = std::fs::read_dir(root().join("crates")).expect("the crates").flatten().map(|e| e.path());
     crates.filter(|path| path.is_dir()).chain([root().join("benches")]).collect()
 }
 
-/// Files and folders that the first column of the reading order names.
+/// Files and folders that the first column of the README's reading order names.
 fn named(readme: &str) -> Vec<&str> {
     let (_, rest) = readme.split_once(HEADING).expect("a section \"Files in reading order\"");
     let section = rest.split("\n## ").next().unwrap_or(rest);
@@ -25,7 +26,7 @@ fn named(readme: &str) -> Vec<&str> {
     cells.flat_map(|cell| cell.split('`').skip(1).step_by(2)).collect()
 }
 
-/// Source files below `folder`, by their paths from `src`.
+/// Adds the source files below `folder` to `out`, by their paths from `src`.
 fn sources(folder: &Path, prefix: &str, out: &mut BTreeSet<String>) {
     for entry in std::fs::read_dir(folder).expect("a folder of sources").flatten() {
         let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
@@ -69,7 +70,7 @@ fn the_readme_is_the_documentation_of_its_crate() {
     }
 }
 
-/// Files of `tests/it` that `main.rs`, given as text, does not declare: cargo would never compile them.
+/// Files of `tests/it` that `main.rs` (its text) does not declare, so that cargo would never compile them.
 fn undeclared<'f>(main: &str, files: &'f [String]) -> Vec<&'f String> {
     files.iter().filter(|file| !main.lines().any(|line| line == format!("mod {file};"))).collect()
 }

@@ -1,6 +1,6 @@
-//! Contract: sampling without a tape is sampling on the tape (the same kernels, so to rounding of the fused
-//! head), in blocks of any length, one step at a time included; a sampler that is reset starts anew; and
-//! after construction nothing is left to decide: the result is a function of conditions and draws.
+//! Contract: sampling without a tape equals sampling on the autodiff tape (same kernels, equal up to rounding
+//! of the fused head), in blocks of any length, single steps too. A sampler that is reset starts anew. The
+//! result is a function of conditions and random draws only.
 
 use augsim_data::random_stream;
 use augsim_nn::{Bound, Params};

@@ -1,5 +1,6 @@
-//! Contract: sealed systems are drawn from the seed alone, hold what their model files name, and a law changes them. The battery
-//! itself runs the binary and is a command of its own (`discover_battery systems-null`, …).
+//! Contract: generated sets of systems of equations depend on the seed alone, contain the columns that their
+//! model files name, and change if an effect is added. Discoveries on many such sets run with a command of
+//! their own (`discover_battery systems-null`, …).
 use augsim_tests::sealed_systems::{PLANTS, Plant, draw, grammar_laws, library_laws, unlisted_laws};
 
 #[test]

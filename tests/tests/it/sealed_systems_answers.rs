@@ -1,9 +1,10 @@
-//! Contract: sealed systems on which the search once went astray are answered right: a window lost in one fit must not buy a law that is
-//! not there, a width that ran into its bound or a fit that was lost must not hide dry friction, unstable motion is no other system, an
-//! impact that comes or goes leaves nothing to explain, and a fit whose derivatives grow without bound or that no part of the data allows
-//! ends no search. A model that predicts most of the motion is that of the system, whatever it lacks. Effects that are not significant
-//! are not named. Under process noise a filter distinguishes an effect from the noise. Rates over many sets are those of
-//! `discover_battery systems-single`, ….
+//! Contract: generated systems that the search once answered wrongly are answered right. A window lost in one
+//! fit must not favour an absent effect. A width at its bound or a lost fit must not hide dry friction.
+//! Unstable motion is no sign of another system. An impact that appears or disappears leaves nothing to
+//! explain. A fit whose derivatives grow without bound, or that no part of the data allows, does not end the
+//! search. A model that predicts most of the motion counts as the right system. Effects that are not
+//! significant are not named. Under process noise a filter distinguishes an effect from the noise. Rates over
+//! many sets come from `discover_battery systems-single`, ….
 
 use crate::common::answer_to;
 use augsim_discovery::{Discovery, Verdict};
@@ -95,8 +96,9 @@ fn a_shaken_motion_feigns_no_law_beside_the_one_that_is_missing() {
     assert_eq!(kinds(&found), ["constant on lower_V"], "{}", found.sentence);
 }
 
-/// Sets in which a law was once named because blocks were taken for more, or for more independent, than they are; the last one ran for ever,
-/// as of three of its sets each was better than the next.
+/// Sets on which an effect was once named because too many blocks were counted as independent.
+///
+/// The search on the last set did not end: each of three sets of effects was better than the next.
 #[test]
 fn a_shaken_motion_to_which_nothing_is_missing_names_no_law() {
     for seed in [840_410, 840_416, 840_422, 840_428] {

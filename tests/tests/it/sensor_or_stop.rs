@@ -1,5 +1,6 @@
-//! Contract: readings that are constant at the end of a sensor's range are distinguished from a state that stops there. Both tanks leak, which the model
-//! does not know; one is full where its sensor ends, the other rises beyond.
+//! Contract: measurements that saturate at the end of a sensor's range are distinguished from a state that
+//! stops there. Both test tanks leak, which the model does not know. One tank is full where its sensor's
+//! range ends; in the other the level rises above it.
 
 use crate::common::answer_to;
 use augsim_discovery::Discovery;
@@ -29,7 +30,8 @@ full_V = "k2_per_s * pump_V - k1 * sqrt(full_V)"
 level_V = { value = "full_V", sd = "estimate", range = [0.0, 8.0] }
 "#;
 
-/// One recording of a tank that leaks, with a pump that is set anew every minute; `full` is the level that it cannot exceed.
+/// CSV text of one recording of a leaking tank whose level cannot exceed `full`; the pump changes every
+/// minute.
 fn recording(full: f64) -> String {
     let mut csv = "trajectory,t_s,pump_V,level_V\n".to_owned();
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(12_345);

@@ -1,7 +1,7 @@
-//! Contract: data as they should be pass every check of suspicious data, with the expectations of the model that belongs to
-//! them: sealed sets of all kinds (strong effects and unusual noise are no reason for suspicion), pushes of the virtual
-//! laboratory and of the sealed generator, drops of the paper's law, and every measured set. Where measured sets are missing
-//! the test says so.
+//! Contract: correct data pass every check for suspicious data, with the expectations of their model. The
+//! data are generated sets of all kinds (strong effects and unusual noise are not suspicious), pushes of the
+//! virtual laboratory and of the independent generator, drops of the paper's distribution, and every measured
+//! set. Where measured sets are missing the test says so.
 
 use crate::shared_data::{shared_data, workspace};
 use augsim_data::checks::{ExpectedData, run_checks};

@@ -1,10 +1,10 @@
-//! Contract: an operation that cannot be done says which one it is, both shapes and the rule, word for
-//! word as here; a NaN or an infinity names the operation that made it, in debug builds and on request;
-//! and only a tensor of one element can be differentiated. A refused operation leaves the tape usable.
+//! Contract: an invalid tensor operation returns the error text of this file, with its name, both shapes and
+//! the rule. A NaN or infinity is reported with the operation that made it, in debug builds and on request.
+//! Only a tensor with one element can be differentiated. After an error the tape can still be used.
 
 use augsim_tensor::{GruVars, Shape, Tape, TensorError, Var};
 
-/// A tape that checks, with one variable of ones for each list of extents.
+/// Makes a tape that checks for non-finite values, with one variable of ones for each shape.
 fn tape(shapes: &[&[usize]]) -> (Tape<f64>, Vec<Var>) {
     let mut tape = Tape::new();
     tape.check_finite(true);
@@ -16,7 +16,7 @@ fn ok<R>(result: Result<R, TensorError>) -> R {
     result.unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Asserts the text of the error, and that the tape still differentiates.
+/// Asserts that `f` fails with the error `text`, and that the tape can still differentiate.
 fn refused(shapes: &[&[usize]], f: impl Fn(&mut Tape<f64>, &[Var]) -> Result<Var, TensorError>, text: &str) {
     let (mut tape, v) = tape(shapes);
     match f(&mut tape, &v) {

@@ -1,6 +1,7 @@
-//! Contract: `docs/thresholds.md` has every numeric constant of the loop and of calibration, with the value that the source
-//! has. A new constant, a changed value and a row without a constant fail. `AUGSIM_RENEW=1` writes values anew and adds rows
-//! for new constants, with their doc comment as what they guard; the other columns are written by hand.
+//! Contract: `docs/thresholds.md` lists every numeric constant of discovery and calibration with its value in
+//! the source. A new constant, a changed value and a row without a constant make the test fail.
+//! `AUGSIM_RENEW=1` updates values and adds rows for new constants, with their doc comment in the column
+//! "guards"; the other columns are written by hand.
 //!
 //! ```sh
 //! AUGSIM_RENEW=1 cargo test --release -p augsim-tests --test it thresholds
@@ -10,7 +11,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// Folders whose constants decide. Those of test modules and of the linear toy are no thresholds.
+/// Folders whose numeric constants must be in the document; test modules and the linear toy are excluded.
 const FOLDERS: [&str; 2] = ["crates/discovery/src", "crates/fit/src"];
 const NO_THRESHOLDS: &str = "linear_toy.rs";
 const HEAD: &str = "| constant | value | file | guards | the number that led to it | noticed when doubled or halved by |\n|---|---|---|---|---|---|\n";
@@ -19,17 +20,18 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// File (below `crates`) and name of a constant.
+/// `(file below crates, name)` of a constant.
 type Key = (String, String);
 
-/// A constant as the source has it: value and doc comment.
+/// Value and doc comment of a constant in the source.
 #[derive(Debug, PartialEq)]
 struct Constant {
     value: String,
     guards: String,
 }
 
-/// `const NAME: f64 = VALUE;` with any visibility, for floats and whole numbers.
+/// Name and value of a line `const NAME: f64 = VALUE;` of any visibility; `None` for other types than
+/// numbers.
 fn constant(line: &str) -> Option<(&str, &str)> {
     let line = line.trim_start();
     let rest =
@@ -40,7 +42,7 @@ fn constant(line: &str) -> Option<(&str, &str)> {
     matches!(kind, "f64" | "usize" | "u64" | "u32").then_some((name, value))
 }
 
-/// The constants of a source file before its tests, with their doc comments.
+/// Numeric constants of a source file before its tests, with their doc comments.
 fn constants(text: &str) -> Vec<(String, Constant)> {
     let code = text.split("#[cfg(test)]").next().unwrap_or_default();
     let (mut doc, mut out) = (String::new(), Vec::new());
@@ -76,7 +78,7 @@ fn of_sources() -> BTreeMap<Key, Constant> {
     out
 }
 
-/// The text before the table, and by constant the cells of its row from the value on.
+/// Text of the document before the table, and the cells of each row of the table, by constant.
 fn of_document(text: &str) -> (String, BTreeMap<Key, Vec<String>>) {
     let (before, table) = text.split_once(HEAD).expect("the table");
     let rows = table.lines().map_while(|line| line.strip_prefix("| `")).map(|line| {

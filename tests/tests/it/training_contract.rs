@@ -1,8 +1,8 @@
-//! Contract: a training run is a function of its settings and data. The same bytes come out for 1, 2 and 7
-//! threads, in another process, and when the run is saved, loaded and continued; it does not continue on
-//! other data; and trajectories of unequal lengths weigh as they would alone. The runs are short and the
-//! nets of full size: 24 trajectories in batches of 20 make a full tile and a tile of 4 lanes, and more
-//! than one epoch. No hash is written down, because instruction sets round differently.
+//! Contract: a training run is a function of its settings and data. It gives the same bytes with 1, 2 and 7
+//! threads, in another process, and when it is saved, loaded and continued. It does not continue on other
+//! data. Trajectories of unequal lengths have the same weight as alone. The runs are short and the networks
+//! of full size: 24 trajectories in batches of 20 make a full tile (block of sequences), a tile of 4
+//! sequences, and more than one epoch. No hash is stored, because instruction sets round differently.
 
 use augsim_data::random_stream;
 use augsim_nn::{Bound, Params, checkpoint};
@@ -30,8 +30,10 @@ fn ok<R, E: std::fmt::Display>(result: Result<R, E>) -> R {
     result.unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// 24 trajectories of the paper's law with `samples(i)` samples. They start in flight, 0.2 s after the
-/// release: at rest the initial velocity, 0, would leave the weights that read it without a gradient.
+/// 24 trajectories of the paper's distribution; trajectory `i` has `samples(i)` samples.
+///
+/// They start in flight, 0.2 s after the release: at rest the initial velocity, 0, would leave the weights
+/// that read it without a gradient.
 fn data(seed: u64, samples: impl Fn(usize) -> usize) -> Sequences {
     let law = DropDistribution { samples: 120, ..DropDistribution::default() };
     let (dataset, _) = ok(law.generate(24, seed));
@@ -57,7 +59,7 @@ fn settings(recipe: Recipe) -> Settings {
     Settings { batch: 20, ..Settings::new(recipe, 100, 7, engine) }
 }
 
-/// State and losses after `steps` more iterations, to be compared bit for bit.
+/// Runs `steps` more iterations; returns the training state and losses, to be compared bit for bit.
 fn advance(training: &mut Training, steps: usize) -> (TrainingState, Vec<Losses>) {
     let losses = (0..steps).map(|_| ok(training.step())).collect();
     (training.state().clone(), losses)
@@ -67,7 +69,7 @@ fn run(recipe: Recipe, data: &Sequences, steps: usize) -> (TrainingState, Vec<Lo
     advance(&mut ok(Training::new(settings(recipe), data)), steps)
 }
 
-/// Everything of a run as bytes: a comparison of floats would take -0 for 0.
+/// Training state and losses as bytes, because a comparison of floats would take -0 for 0.
 fn bytes((state, losses): &(TrainingState, Vec<Losses>)) -> Vec<u8> {
     let dir = ok(tempfile::tempdir());
     let path = dir.path().join("run");
@@ -92,7 +94,7 @@ fn one_two_and_seven_threads_give_the_same_bytes() {
     println!("level and loss: {} {loss}", Level::current().name());
 }
 
-/// The same at every level that this machine can be forced to: the variable is read once a process.
+/// Repeats the thread test at every SIMD level of this machine; the level is read once per process.
 #[test]
 fn threads_do_not_change_the_bytes_at_any_forced_level() {
     let mut losses = Vec::new();
@@ -209,7 +211,7 @@ fn nothing_to_train_on_and_settings_out_of_range_are_errors() {
     assert_eq!(refused(rate, &equal()), text);
 }
 
-/// A loss that is not finite stops the run, names the iteration and leaves the parameters as they were.
+/// A loss that is not finite stops the training, names the iteration and leaves the parameters unchanged.
 #[test]
 fn divergence_is_reported_and_changes_nothing() {
     let mut settings = settings(Recipe::Hybrid);
@@ -233,20 +235,22 @@ fn divergence_is_reported_and_changes_nothing() {
     assert!(*training.state() == before);
 }
 
-/// Lengths of the trajectories of one tile.
+/// Lengths (samples) of the trajectories of one tile (block of sequences).
 const LENGTHS: [usize; 4] = [9, 3, 9, 1];
 
-/// How a tile is differentiated.
+/// How the loss of a tile (block of sequences) is differentiated.
 #[derive(Clone, Copy)]
 enum Pass {
-    /// The whole loss on one tape, then backwards.
+    /// The whole loss is recorded on one tape and differentiated at once.
     Whole,
-    /// As training does it.
+    /// The terms of the loss are differentiated one after the other, as in training, with a factor `scale`.
     Terms { scale: f64 },
 }
 
-/// Sum of losses `[total, kl, negative ln likelihood]` and gradients of `net` over lanes of `[time, width, lane]` inputs
-/// with the given lengths. Beyond the end of a trajectory stands `padding`.
+/// Losses `[total, KL, negative log-likelihood]`, summed over sequences, and gradients of `net`.
+///
+/// Inputs are `[time, width, lane]`, with the lengths [`LENGTHS`] of the chosen `lanes` (sequences); beyond a
+/// sequence's end they are `padding`.
 fn tile_loss<T: Scalar>(
     net: &Net,
     params: &Params<T>,
@@ -321,7 +325,7 @@ fn unequal_lengths_weigh_as_each_trajectory_alone() {
     }
 }
 
-/// Training takes the terms of the loss one after the other and forgets each; that changes no gradient.
+/// Training differentiates the loss term by term and discards each tape; that changes no gradient.
 #[test]
 fn gradients_term_by_term_are_those_of_the_whole_loss() {
     for recipe in RECIPES {
@@ -342,7 +346,7 @@ fn gradients_term_by_term_are_those_of_the_whole_loss() {
     }
 }
 
-/// Where a child process of [`another_process_gives_the_same_bytes`] writes its run.
+/// Environment variable: file to which the child of [`another_process_gives_the_same_bytes`] writes its run.
 const OUTPUT: &str = "AUGSIM_TEST_RUN_OUTPUT";
 
 #[test]

@@ -1,17 +1,17 @@
-//! Contract: trap sets are drawn from their seed alone; every kind gives every plant a model file that parses and a table with the
-//! columns that it names; and each peculiarity changes the set. The battery itself runs the binary and is a command of its own
-//! (`discover_battery traps`).
+//! Contract: trap sets (data whose peculiarity is no missing effect) depend on their seed alone. Every kind
+//! and plant gives a model file that parses and a table with its columns, and each peculiarity changes the
+//! data. Discoveries on these sets run with a command of their own (`discover_battery traps`).
 use augsim_equations::model;
 use augsim_tests::traps::{
     Class, Defect, GeneratedSet, KINDS, Kind, Logging, Noise, PLANTS, Plant, Trap, draw,
 };
 
-/// Plants with every kind.
+/// All pairs of a plant and a kind of trap set.
 fn pairs() -> impl Iterator<Item = (&'static Plant, &'static Kind)> {
     KINDS.iter().flat_map(|kind| PLANTS.iter().map(move |plant| (plant, kind)))
 }
 
-/// Cells of a table by rows, without its head.
+/// Cells of the data table by rows, without the header.
 fn rows(drawn: &GeneratedSet) -> impl Iterator<Item = Vec<&str>> {
     drawn.csv.lines().skip(1).map(|line| line.split(',').collect())
 }

@@ -1,7 +1,7 @@
-//! Contract: weights go to PyTorch and back through safetensors under PyTorch's names, extents and
-//! layouts; a file that does not fit is refused with one precise message and changes nothing. Fresh
-//! weights are drawn as PyTorch draws them: uniform within 1 / sqrt(hidden) for a GRU and 1 / sqrt(inputs)
-//! for an affine layer, the same for the same seed.
+//! Contract: weights are exchanged with PyTorch through safetensors, with PyTorch's names, shapes and
+//! layouts. A file that does not fit is rejected with one precise message and changes nothing. New weights
+//! are drawn as in PyTorch: uniform within 1 / sqrt(hidden) for a GRU and 1 / sqrt(inputs) for an affine
+//! layer, the same for the same seed.
 
 use augsim_data::random_stream;
 use augsim_nn::weights::{WeightsError, encode, import};
@@ -10,7 +10,7 @@ use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
-/// A net of one GRU and one affine layer.
+/// Parameters of a network of one GRU and one affine layer.
 fn net(seed: u64) -> Params<f32> {
     let mut params = Params::new(random_stream(seed, "init", 0));
     Gru::new(&mut params, "gru", 3, 4, 2);
@@ -36,7 +36,7 @@ fn read(path: &Path) -> Vec<u8> {
     std::fs::read(path).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Rewrites the file with its tensors passed through `f`, as `(name, type, extents, bytes)`.
+/// Rewrites a safetensors file; `f` changes or drops each tensor `(name, type, shape, bytes)`.
 fn rewrite(
     path: &Path,
     f: impl Fn(String, Dtype, Vec<usize>, Vec<u8>) -> Option<(String, Dtype, Vec<usize>, Vec<u8>)>,
@@ -54,7 +54,7 @@ fn rewrite(
     std::fs::write(path, bytes).unwrap_or_else(|e| panic!("{e}"));
 }
 
-/// Asserts the whole message of a refused import, less the path, and that nothing changed.
+/// Asserts the whole error message of an import (without the path), and that the parameters are unchanged.
 fn refused(path: &Path, text: &str) {
     let mut params = net(2);
     let before = params.clone();
