@@ -12,8 +12,7 @@ pub fn workspace() -> PathBuf {
 /// Path of `relative` below `AUGSIM_DATA`, or below `../shared/data` next to the workspace.
 ///
 /// If the file is missing, returns `None` and prints that the test is skipped; with `AUGSIM_REQUIRE_DATA=1`
-/// the
-/// test fails.
+/// the test fails.
 #[allow(dead_code, reason = "not every test file that includes this needs shared data")]
 #[expect(clippy::print_stderr, reason = "a skipped test must be seen")]
 pub fn shared_data(relative: &str) -> Option<PathBuf> {

@@ -81,8 +81,7 @@ impl Summary {
 /// Returns the 0.975 quantile of Student's distribution with `degrees` degrees of freedom.
 ///
 /// Beyond the table, the first two terms of its expansion in 1 / degrees (Abramowitz and Stegun 26.7.5) have
-/// an
-/// error below 5e-4.
+/// an error below 5e-4.
 fn student_975(degrees: usize) -> f64 {
     const TABLE: [f64; 20] = [
         12.706_205, 4.302_653, 3.182_446, 2.776_445, 2.570_582, 2.446_912, 2.364_624, 2.306_004, 2.262_157,

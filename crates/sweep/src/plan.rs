@@ -246,8 +246,7 @@ fn value_indices(index: usize, axes: &[Axis]) -> Vec<usize> {
 /// Values and combinations of flags that the command's parser has already accepted.
 ///
 /// The parser checks single values and combinations of flags, so other combinations of accepted values need
-/// not
-/// be parsed again. For 100,000 tasks this saves most of the time.
+/// not be parsed again. For 100,000 tasks this saves most of the time.
 #[derive(Default)]
 struct AcceptedValues {
     values: BTreeSet<(usize, usize)>,

@@ -23,8 +23,7 @@ pub struct Target<'a> {
 
 impl Target<'_> {
     /// Kills the command at its `place`-th system call, then resumes it; returns a description of the defect,
-    /// or
-    /// `None`.
+    /// or `None`.
     ///
     /// Counts only the calls in [`CHANGING`] if `changing`, else all calls.
     ///

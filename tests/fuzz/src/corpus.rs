@@ -1,6 +1,5 @@
 //! Corpus: inputs that once broke a file reader. Small ones are committed as `corpus/READER/CASE/`; large
-//! ones
-//! are generated here.
+//! ones are generated here.
 
 use crate::envelope::{Envelope, gzipped, zipped};
 use crate::reader::{Files, Reader};

@@ -2,8 +2,7 @@
 //!
 //! Nothing here uses the engine under test: plants are integrated by a separate Runge-Kutta method with 20
 //! steps per sample, and stops are located by bisection. The discovery gets a model file and a data table,
-//! and
-//! the truth is read only after its answer ("sealed").
+//! and the truth is read only after its answer ("sealed").
 
 mod laws;
 mod plants;

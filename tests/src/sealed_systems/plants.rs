@@ -14,8 +14,7 @@ pub struct Plant {
     /// Measured states: index of the state, and standard deviation of its sensor.
     pub outputs: &'static [(usize, f64)],
     /// `(equation, state)`: index of the equation to which effects are added, and of the state that is
-    /// integrated
-    /// from it (for a flow the same).
+    /// integrated from it (for a flow the same).
     pub law_equation: (usize, usize),
     /// Whether the equation to which effects are added is a balance of forces; else of flows.
     pub is_force: bool,

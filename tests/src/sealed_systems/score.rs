@@ -242,8 +242,7 @@ fn score(
 #[cfg(test)]
 mod tests {
     //! Contract: an answer denotes an effect by its kind, with or without its place; or by its formula, for
-    //! any
-    //! name of its quantity. Effects that a model declares are never missing from it.
+    //! any name of its quantity. Effects that a model declares are never missing from it.
     use super::*;
 
     #[test]

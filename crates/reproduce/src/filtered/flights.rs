@@ -39,8 +39,7 @@ const SPIN: &str = "\n[[effect]]\nkind = \"spin-offset\"\n";
 /// Initial standard deviation of the prior of each spin component, rad/s.
 ///
 /// The range of the spin is 1,040 rad/s to each side. Recorded spins are sometimes wrong by the full spin,
-/// and a
-/// bound that is reached spoils the forecast.
+/// and a bound that is reached spoils the forecast.
 const SPIN_SD: f64 = 600.0;
 /// Uncertainty of the table height in m: the data set gives the height of the ball centre on contact.
 const FLOOR_SD: f64 = 0.004;

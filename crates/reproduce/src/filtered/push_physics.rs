@@ -9,8 +9,7 @@ use std::sync::Arc;
 /// Prior standard deviations between pushes when both parameters are fitted: index and value.
 ///
 /// They are of the limit surface parameter c (m) and the contact friction; the values of the ellipsoid
-/// baseline
-/// of the reference on filtered forecasts, not tuned.
+/// baseline of the reference on filtered forecasts, not tuned.
 const RANDOM_PARAMETERS: [(usize, f64); 2] = [(C_INDEX, 1.8e-3), (CONTACT_FRICTION_INDEX, 0.02)];
 /// Name of a model in the table, and its filter.
 pub type Named = (&'static str, SystemFilter);

@@ -198,8 +198,7 @@ impl Runs<'_> {
     }
 
     /// Trains a model class on `train` with several seeds; returns its row on the first test set, or `None`
-    /// if
-    /// interrupted.
+    /// if interrupted.
     pub fn train_at_size(
         &self,
         recipe: Recipe,
