@@ -3,68 +3,71 @@
 use crate::quantity::Quantity;
 use std::f64::consts::PI;
 
-/// One parameter of an effect.
+/// A parameter of an effect, with its bounds and its null value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EffectParameter {
-    /// Name with the unit as suffix, as in model files.
+    /// Name of the parameter with the unit as suffix, as in model files.
     pub name: String,
-    /// Unit as printed; empty for a dimensionless number.
+    /// Unit of the parameter as printed; empty for a dimensionless number.
     pub unit: String,
-    /// Lower bound of plausible values.
+    /// Lower bound of plausible values of the parameter.
     pub min: f64,
-    /// Upper bound of plausible values.
+    /// Upper bound of plausible values of the parameter.
     pub max: f64,
-    /// Typical magnitude; used for scaling.
+    /// Typical magnitude of the parameter, used for scaling.
     pub typical: f64,
-    /// Null value: the effect vanishes there.
+    /// Null value of the parameter, at which the effect vanishes.
     pub null: f64,
 }
 
-/// The carrier that an effect acts through, such as the drag for a wind.
+/// The other effect (carrier) that an effect acts through, such as the drag for a wind.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Join {
-    /// Kind of the carrier, which has to be in the model.
+    /// Kind of the carrier effect, which has to be in the model.
     pub kind: String,
-    /// Start values of the carrier's parameters when both are tried together.
+    /// Start values of the carrier's parameters when carrier and effect are tried together.
     pub carrier_start: Vec<f64>,
-    /// Start values of the effect's own parameters then: one fit from each.
+    /// Start values of the effect's own parameters when both are tried together: one fit from each.
     pub effect_starts: Vec<Vec<f64>>,
 }
 
-/// Start values of the fit of an added effect.
+/// Where the fit of an added effect starts.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Start {
-    /// The one-step estimate of its score test.
+    /// Start at the one-step estimate from the score test of the effect.
     #[default]
     Estimate,
-    /// The one-step estimate, clamped to these bounds (one pair per parameter).
+    /// Start at the one-step estimate, clamped to these bounds (one pair of lower and upper per parameter).
     Within(Vec<[f64; 2]>),
-    /// These values.
+    /// Start at these values of the parameters.
     At(Vec<f64>),
 }
 
-/// An alternative explanation that an effect may be confused with.
+/// An alternative explanation with which an effect may be confused.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Rival {
-    /// The effect of this kind.
+    /// The effect of this kind is the alternative.
     Kind(String),
-    /// Any effect that acts at this place.
+    /// Any effect that acts at this location is an alternative.
     At(String),
-    /// Any other effect.
+    /// Any other effect is an alternative.
     Any,
 }
 
-/// Polar parametrisation: an amplitude, and a direction that is undefined where it vanishes.
+/// Form of two effect parameters: an amplitude, and a direction that is undefined where the amplitude
+/// vanishes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Polar {
-    /// An axis ratio, 1 for none: the angle has a period of half a turn, a quarter turn inverts the ratio.
+    /// The amplitude is an axis ratio, 1 for no effect.
+    ///
+    /// The angle has a period of half a turn; a quarter turn inverts the ratio.
     Axis,
-    /// A magnitude, 0 for none: the angle has a period of a full turn.
+    /// The amplitude is a magnitude, 0 for no effect; the angle has a period of a full turn.
     Direction,
 }
 
 impl Polar {
-    /// Normalises an amplitude and its angle, rad, to an equivalent pair.
+    /// Normalises an amplitude and its angle (rad) to an equivalent pair.
     ///
     /// Afterwards a ratio is at least 1, a magnitude at least 0, and the angle is within half a period of 0.
     ///
@@ -93,7 +96,7 @@ impl Polar {
         }
     }
 
-    /// Adds a linear `step` to the point `at` (amplitude, angle) in Cartesian coordinates.
+    /// Adds a linear `step` to the point `at` (amplitude, angle in rad) in Cartesian coordinates.
     ///
     /// A linear step in the polar coordinates themselves would be wrong near the null value, where the angle
     /// is undefined.
@@ -114,59 +117,68 @@ impl Polar {
 /// and convert it to this one, which is the only one that calibration and discovery use.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Effect {
-    /// Name in model files, reports and results.
+    /// Kind of the effect: its name in model files, reports and results.
     pub kind: String,
-    /// Where it acts (`flight`, `impact`, `sensor`, …).
+    /// Location at which the effect acts (`flight`, `impact`, `sensor`, …).
     pub location: String,
-    /// Parameters, in the order of its vector of values.
+    /// Parameters of the effect, in the order of its vector of values.
     pub parameters: Vec<EffectParameter>,
-    /// The formula in one line.
+    /// Formula of the effect in one line.
     pub formula: String,
-    /// Literature reference.
+    /// Literature reference of the effect.
     pub source: String,
-    /// Other physical causes with the same term, not distinguishable with data of one apparatus.
+    /// Other physical causes with the same term, which data of one apparatus cannot distinguish from this
+    /// effect.
     pub equivalent_causes: Vec<String>,
-    /// Kinds that describe the same phenomenon in another form; a model has at most one of them.
+    /// Kinds of effects that describe the same phenomenon in another form; a model has at most one of them.
     pub excludes: Vec<String>,
-    /// The carrier that it acts through; both are also tried together, as neither may improve the fit alone.
+    /// The carrier that the effect acts through; `None` if it acts by itself.
+    ///
+    /// Both are also tried together, as neither may improve the fit alone.
     pub joins: Option<Join>,
-    /// A simpler kind that it reduces to where some of its parameters have their null value.
+    /// Kind of the simpler effect that results where some parameters have their null value; `None` if there
+    /// is none.
     pub reduces_to: Option<String>,
-    /// A kind whose score test stands in for this one's: where that kind is fitted, this one is fitted too.
+    /// Kind of another effect whose score test stands in for this one's; `None` if the effect is tested
+    /// itself.
+    ///
+    /// Where the other effect is fitted, this one is fitted too.
     pub indicated_by: Option<String>,
-    /// Whether it slows down every simulation; such effects are tested separately from cheap ones.
+    /// Whether the effect slows down every simulation; such effects are tested separately from cheap ones.
     pub costly: bool,
-    /// Start values of a fit with it.
+    /// Start values of the first fit of the effect.
     pub start: Start,
-    /// Values of its first simulation, if it is singular at its null values; empty: the null values.
+    /// Parameter values of the first simulation, if the effect is singular at its null values; empty: the
+    /// null values.
     pub first_simulated_at: Vec<f64>,
-    /// Number of leading parameters that are amplitudes; `None`: all of them.
+    /// Number of leading parameters that are amplitudes; `None` if all of them are.
     pub amplitude_count: Option<usize>,
-    /// How its two parameters form an amplitude and a direction, if they do.
+    /// How the effect's two parameters form an amplitude and a direction; `None` if they do not.
     pub polar: Option<Polar>,
-    /// Experiments that distinguish it from alternative explanations.
+    /// Experiments that distinguish the effect from alternative explanations: the alternative, and the
+    /// experiment.
     pub separated_by: Vec<(Rival, String)>,
-    /// The experiment that confirms it, where there is no alternative explanation.
+    /// Experiment that confirms the effect if there is no alternative explanation; `None` if none is known.
     pub confirmed_by: Option<String>,
-    /// Complexity and domain, for a formula that was generated by a grammar.
+    /// Complexity and domain of a formula that was generated by a grammar; `None` for other effects.
     pub formula_domain: Option<FormulaDomain>,
 }
 
 /// Complexity and domain of a formula that was generated by a grammar.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FormulaDomain {
-    /// Number of nodes: constants, variables and operations.
+    /// Number of nodes of the formula: constants, variables and operations.
     pub nodes: usize,
-    /// The quantity that it is a function of.
+    /// The quantity that the formula is a function of.
     pub variable: Quantity,
-    /// Smallest and largest value of that quantity in the data.
+    /// Smallest and largest value in the data of the quantity that the formula depends on.
     pub range: [f64; 2],
 }
 
-/// The experiment that distinguishes two models, from the effects that only one of them has.
+/// Finds the experiment that distinguishes two models, from the effects that only one of them has.
 ///
-/// Entries for a pair of kinds take precedence over those for a kind and a place, and these over those for a
-/// kind and any other.
+/// A known experiment for a pair of effect kinds takes precedence over one for a kind and a location, and
+/// this over one for a kind and any other effect. `None` if none is known.
 pub fn known_distinguishing_experiment<'e>(one: &[&'e Effect], other: &[&'e Effect]) -> Option<&'e str> {
     let sides = [(one, other), (other, one)];
     let known = |applies: &dyn Fn(&Rival, &[&Effect]) -> bool| {

@@ -5,14 +5,14 @@ use crate::effect::Effect;
 /// A term of a model: a library effect or a table.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ModelTerm {
-    /// An effect, by its index in the system's library.
+    /// A library effect, by its index in the system's library.
     Effect(usize),
-    /// A piecewise-linear function of one feature.
+    /// A table: a piecewise-linear function of one feature.
     Table(Table),
 }
 
 impl ModelTerm {
-    /// Number of parameters.
+    /// Number of parameters of the term.
     pub fn size(&self, library: &[Effect]) -> usize {
         match self {
             ModelTerm::Effect(i) => library.get(*i).map_or(0, |e| e.parameters.len()),
@@ -21,19 +21,19 @@ impl ModelTerm {
     }
 }
 
-/// A piecewise-linear function of one feature with uniform knots, constant outside them.
+/// A piecewise-linear function of one feature (quantity), with uniform knots, constant outside them.
 ///
-/// The values at the knots are its parameters.
+/// The values at the knots are the parameters of the table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Table {
-    /// Quantity that it adds to, as an index into the schema's targets.
+    /// Quantity that the table adds to, as an index into the schema's targets.
     pub target: usize,
-    /// Quantity that it depends on, as an index into the schema's features.
+    /// Quantity that the table depends on, as an index into the schema's features.
     pub feature: usize,
-    /// First knot, in the feature's unit.
+    /// Position of the first knot, in the feature's unit.
     pub first: f64,
-    /// Last knot, in the feature's unit.
+    /// Position of the last knot, in the feature's unit.
     pub last: f64,
-    /// Number of knots.
+    /// Number of knots of the table.
     pub knots: usize,
 }

@@ -2,67 +2,68 @@
 
 use crate::effect::EffectParameter;
 
-/// Scope of a parameter's value.
+/// Scope of a parameter's value: all trajectories, a group, or a single trajectory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Per {
-    /// One value for all trajectories.
+    /// The parameter has one value for all trajectories.
     #[default]
     All,
-    /// One value per `group` (object) in the data.
+    /// The parameter has one value per `group` (object) in the data.
     Group,
-    /// One value per trajectory: a nuisance parameter, estimated but not reported.
+    /// The parameter has one value per trajectory, which is estimated but not reported (nuisance parameter).
     Trajectory,
 }
 
 /// Half width of the 95 % interval of a normal distribution, in standard deviations.
 pub const NORMAL_95: f64 = 1.959_963_984_540_054;
 
-/// A parameter of a model.
+/// A parameter of a model, with its bounds and, after a fit, its interval.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
-    /// Name with the unit as suffix.
+    /// Name of the parameter, with the unit as suffix.
     pub name: String,
-    /// Declared (or fitted) value.
+    /// Declared (or fitted) value of the parameter.
     pub nominal: f64,
-    /// Lower bound.
+    /// Lower bound of the parameter.
     pub min: f64,
-    /// Upper bound.
+    /// Upper bound of the parameter.
     pub max: f64,
-    /// Whether it is fixed at its nominal value, not calibrated.
+    /// Whether the parameter is fixed at its nominal value, not calibrated.
     pub frozen: bool,
-    /// Scope of its value.
+    /// Scope of the parameter's value.
     pub per: Per,
-    /// 95 % interval from a fit.
+    /// 95 % confidence interval from a fit; `None` without one.
     pub ci95: Option<[f64; 2]>,
-    /// Values by group from a fit with `per = "group"`.
+    /// Name of each group and its value, from a fit with `per = "group"`; empty without one.
     pub groups: Vec<(String, f64)>,
 }
 
 impl Parameter {
-    /// Standard deviation from the 95 % interval; `None` if frozen or without a finite interval.
+    /// Standard deviation of the parameter from its 95 % interval; `None` if frozen or without a finite
+    /// interval.
     pub fn standard_deviation(&self) -> Option<f64> {
         let [low, high] = self.ci95.filter(|_| !self.frozen)?;
         let sd = (high - low) / (2.0 * NORMAL_95);
         sd.is_finite().then_some(sd)
     }
 
-    /// Values for `groups` in order; a group without a value gets the nominal one.
+    /// Values of the parameter for `groups`, in their order; a group without a value gets the nominal one.
     pub fn values_of(&self, groups: &[String]) -> Vec<f64> {
         let entry = |name: &String| self.groups.iter().find(|(n, _)| n == name);
         groups.iter().map(|name| entry(name).map_or(self.nominal, |(_, v)| *v)).collect()
     }
 
-    /// Parameter of an added effect, at its null value.
+    /// Creates the parameter of an added effect, at its null value.
     pub fn added(p: &EffectParameter) -> Self {
         Self::free(p.name.clone(), p.null, p.min, p.max)
     }
 
-    /// Value of a table at knot `i`, counted from 0; null value 0.
+    /// Creates the parameter for the value of a table at knot `i`, counted from 0; its null value is 0.
     pub fn knot(i: usize) -> Self {
         Self::free(format!("knot{i}"), 0.0, -MAX_KNOT_VALUE, MAX_KNOT_VALUE)
     }
 
-    /// A parameter that is calibrated, with one value for all records.
+    /// Creates a parameter that is calibrated, with one value for all records.
     ///
     /// ```
     /// use augsim_system::Parameter;
@@ -78,16 +79,16 @@ impl Parameter {
 /// Bound of the magnitude of table values, in the unit of the table's target.
 const MAX_KNOT_VALUE: f64 = 100.0;
 
-/// A parameter value for a group that the data do not have.
+/// Error: a parameter has a value for a group that the data do not have.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnknownGroup {
-    /// The parameter.
+    /// Name of the parameter.
     pub parameter: String,
-    /// The unknown group.
+    /// Name of the unknown group.
     pub group: String,
 }
 
-/// The first group value of these parameters whose group is not in `groups`.
+/// Finds the first group value of these parameters whose group is not in `groups`; `None` if all are known.
 pub fn unknown_group<'p>(
     mut parameters: impl Iterator<Item = &'p Parameter>,
     groups: &[&str],

@@ -5,19 +5,19 @@ use crate::statistics::median;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A recorded input with its own sample times.
+/// A recorded input of a system, with its own sample times.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Stream {
-    /// Times, s, strictly increasing.
+    /// Times of the input's samples, s, strictly increasing.
     pub times: Vec<f64>,
-    /// Samples as `values[column][sample]`, in the unit of the column.
+    /// Samples of the input as `values[column][sample]`, in the unit of the column.
     pub values: Vec<Vec<f64>>,
 }
 
-/// An event detected in the data before any model is fitted.
+/// An event, such as an impact, that is detected in the data before any model is fitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DetectedEvent {
-    /// Time of the event, s.
+    /// Time of the detected event, s.
     pub time: f64,
     /// Rough estimate of the event's parameter (for an impact: the restitution).
     pub value: f64,
@@ -26,36 +26,37 @@ pub struct DetectedEvent {
 /// A part of a record that is simulated from its own initial state.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Window {
-    /// Sample range within the record.
+    /// Range of the window's samples within the record.
     pub samples: Range<usize>,
-    /// Rough initial state at the first sample, in the order of the schema's states.
+    /// Rough initial state at the first sample of the window, in the order of the schema's states.
     pub start: Vec<f64>,
 }
 
-/// A measured record.
+/// A measured record: samples, inputs and covariates of one recording or part of it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Record {
-    /// Identifier in the data.
+    /// Identifier of the record in the data.
     pub id: String,
-    /// Index of its group.
+    /// Index of the group that the record belongs to.
     pub group: usize,
-    /// Times of the samples, s, strictly increasing.
+    /// Times of the record's samples, s, strictly increasing.
     pub times: Vec<f64>,
-    /// Samples as `values[channel][sample]`, in the unit of the channel; NaN where not measured.
+    /// Measured values as `values[channel][sample]`, in the unit of the channel; NaN where not measured.
     pub values: Vec<Vec<f64>>,
-    /// Inputs, in the order of the schema; records cut from one recording share them.
+    /// Recorded inputs, in the order of the schema; records cut from one recording share them.
     pub inputs: Arc<[Stream]>,
-    /// Covariates, in the order of the schema; NaN where not recorded.
+    /// Values of the covariates (constants of the record), in the order of the schema; NaN where not
+    /// recorded.
     pub covariates: Vec<f64>,
-    /// Windows over which models are fitted.
+    /// Windows of the record over which models are fitted.
     pub windows: Vec<Window>,
-    /// Sample ranges that are forecast separately; empty: the whole record.
+    /// Sample ranges of the record that are forecast separately; if empty, the whole record is.
     pub forecasts: Vec<Range<usize>>,
     /// Sample ranges without an event, in which the motion is smooth; empty where unknown.
     pub smooth_segments: Vec<Range<usize>>,
-    /// Events detected in the data.
+    /// Events detected in the data of the record.
     pub events: Vec<DetectedEvent>,
-    /// Noise of two samples of a channel counts as independent from this time difference on, s.
+    /// Time difference from which on the noise of two samples of a channel counts as independent, s.
     pub noise_correlation_s: f64,
     /// Number of samples, from the first, that a forecast may use to estimate its initial state.
     pub initial_sample_count: usize,
@@ -64,20 +65,20 @@ pub struct Record {
 }
 
 impl Record {
-    /// Whether the noise of sample `k` is correlated with that of the previous measured sample `before`.
+    /// Whether the noise of sample `k` is correlated with that of the previous measured sample, `before`.
     ///
-    /// True if at most one sample is missing in between. Missing samples are those not recorded, empty or
+    /// True if at most one sample between them is missing. Missing samples are those not recorded, empty or
     /// masked.
     pub fn is_correlated_with(&self, before: usize, k: usize) -> bool {
         self.times[k] - self.times[before] < self.noise_correlation_s
     }
 
-    /// Median time step, s.
+    /// Median time between samples of the record, s.
     pub fn typical_step(&self) -> f64 {
         typical_step(&self.times)
     }
 
-    /// The covariate with index `i`; `None` where not recorded.
+    /// Value of the covariate with index `i`; `None` if it was not recorded.
     pub fn covariate(&self, i: usize) -> Option<f64> {
         self.covariates.get(i).copied().filter(|v| v.is_finite())
     }
@@ -105,10 +106,10 @@ impl Record {
     }
 }
 
-/// Noise counts as correlated over fewer than this many sample steps.
+/// Number of sample steps below which the noise of two samples counts as correlated.
 ///
-/// Above 2, so that one missing sample does not make its neighbours independent: treating them as independent
-/// would halve the estimated slow part of coloured noise.
+/// It is above 2, so that one missing sample does not make its neighbours independent: treating them as
+/// independent would halve the estimated slow part of coloured noise.
 pub const CORRELATION_STEPS: f64 = 2.6;
 
 /// Standard deviation of a channel's samples over all records; 1 if it is 0 or there are none.
@@ -121,7 +122,7 @@ pub fn channel_sd(records: &[Record], channel: usize) -> f64 {
     if variance > 0.0 { variance.sqrt() } else { 1.0 }
 }
 
-/// Median difference of consecutive times, s; at least 1e-6.
+/// Median difference of consecutive sample times, s; at least 1e-6.
 ///
 /// ```
 /// use augsim_system::typical_step;
@@ -131,10 +132,11 @@ pub fn typical_step(times: &[f64]) -> f64 {
     median(&mut times.windows(2).map(|w| w[1] - w[0]).collect::<Vec<_>>()).max(1e-6)
 }
 
-/// Longest accepted segment, as a multiple of the requested duration: a longer one contains a gap.
+/// Maximum duration of a segment, as a multiple of the requested duration: a longer one contains a gap.
 const MAX_DURATION_RATIO: f64 = 1.2;
 
-/// Splits samples into ranges of `duration_s`; drops an incomplete last one and those with a gap.
+/// Splits samples into ranges of duration `duration_s`; drops an incomplete last range, and ranges with a
+/// gap.
 pub fn split_by_duration(times: &[f64], duration_s: f64) -> Vec<Range<usize>> {
     let mut ranges = Vec::new();
     let mut first = 0;

@@ -4,7 +4,7 @@ use crate::record::{Record, Stream};
 use crate::schema::Schema;
 use augsim_data::{DataError, Dataset, Trajectory};
 
-/// The columns of a data set that the channels and inputs of a system are read from.
+/// Reads records from a data set: the columns of a system's channels and inputs.
 ///
 /// Channels and inputs have clocks of their own. The samples of a record are the rows in which a channel has a new
 /// measurement; an input is sampled in the rows in which all of its columns have a new value, whether or not a
@@ -16,7 +16,8 @@ pub struct RecordReader<'d> {
     inputs: Vec<Source>,
 }
 
-/// Columns that are sampled together, and the column that marks the rows with a new sample.
+/// Columns that are sampled together (a channel or an input), and the column that marks rows with a new
+/// sample.
 #[derive(Debug)]
 struct Source {
     columns: Vec<usize>,
@@ -24,19 +25,19 @@ struct Source {
 }
 
 impl Source {
-    /// Whether row `k` is marked as a new sample; true without a column of marks.
+    /// Whether row `k` is marked as a new sample; true if there is no column of marks.
     fn is_new(&self, t: &Trajectory, k: usize) -> bool {
         self.update.is_none_or(|update| t.column(update)[k] > 0.5)
     }
 
-    /// Whether row `k` has a new value in every column.
+    /// Whether row `k` has a new value in every column of this channel or input.
     fn is_sampled(&self, t: &Trajectory, k: usize) -> bool {
         self.is_new(t, k) && self.columns.iter().all(|&column| t.column(column)[k].is_finite())
     }
 }
 
 impl<'d> RecordReader<'d> {
-    /// Finds the columns of a system's channels and inputs, and those that mark new samples.
+    /// Finds the columns of a system's channels and inputs, and the columns that mark their new samples.
     ///
     /// # Errors
     /// The data have no column of a channel or an input. A missing column of marks is none: every row is new then.
@@ -53,7 +54,7 @@ impl<'d> RecordReader<'d> {
         Ok(Self { data, channels, inputs: inputs.collect::<Result<_, DataError>>()? })
     }
 
-    /// Finds one column for each channel and one for each input, by their names.
+    /// Finds one column for each of these channels and inputs, by its name.
     ///
     /// # Errors
     /// The data have no such column.
@@ -67,7 +68,7 @@ impl<'d> RecordReader<'d> {
         Ok(Self { data, channels, inputs: inputs.into_iter().map(source).collect::<Result<_, DataError>>()? })
     }
 
-    /// Counts every value as a new sample, whatever the columns of marks say.
+    /// Makes the reader count every value as a new sample, whatever the columns of marks say.
     pub fn with_every_row(mut self) -> Self {
         self.channels.iter_mut().chain(&mut self.inputs).for_each(|source| source.update = None);
         self
@@ -97,7 +98,7 @@ impl<'d> RecordReader<'d> {
     }
 }
 
-/// The samples of an input.
+/// Reads the samples of an input in a trajectory.
 fn stream(t: &Trajectory, input: &Source) -> Stream {
     let rows: Vec<usize> = (0..t.len()).filter(|&k| input.is_sampled(t, k)).collect();
     let at = |column: &[f64]| rows.iter().map(|&k| column[k]).collect();
@@ -105,7 +106,7 @@ fn stream(t: &Trajectory, input: &Source) -> Stream {
 }
 
 impl Record {
-    /// Removes the jumps of wrapped angles: moves each value by periods to the one nearest to its predecessor.
+    /// Unwraps periodic channels: moves each value by whole periods to the one nearest to its predecessor.
     pub fn unwrap_angles(&mut self, schema: &Schema) {
         for (channel, values) in schema.channels.iter().zip(&mut self.values) {
             if let Some(period) = channel.period {
@@ -127,8 +128,8 @@ fn unwrap(values: &mut [f64], period: f64) {
 
 /// Shifts the session clock of all records so that `reference`, or else the mean of their starts, is 0.
 ///
-/// `clock` is the index of the covariate. Returns the reference, s; `None`, without a shift, unless every record has a
-/// start time.
+/// `clock` is the index of the covariate with the session start times. Returns the reference, s; `None`,
+/// without a shift, unless every record has a start time.
 pub fn shift_session_clocks(records: &mut [Record], clock: usize, reference: Option<f64>) -> Option<f64> {
     let starts: Option<Vec<f64>> = records.iter().map(|r| r.covariate(clock)).collect();
     let starts = starts.filter(|s| !s.is_empty())?;

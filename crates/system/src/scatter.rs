@@ -1,21 +1,21 @@
 //! Random effects: a parameter that varies at random between events or records.
 
-/// Whether a random effect is drawn per event or per record.
+/// Whether a random effect is drawn anew for each event or for each record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ScatterPer {
-    /// One draw per event.
+    /// The random offset of the parameter is drawn anew at each event, such as an impact.
     Event,
-    /// One draw per record.
+    /// The random offset of the parameter is drawn once for each record.
     Record,
 }
 
-/// Random variation of a parameter.
+/// Random variation (random effect) of a parameter between events or records.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scatter {
-    /// Scope of one draw.
+    /// Whether the parameter varies between events or between records.
     pub per: ScatterPer,
-    /// Standard deviation, in the unit of the parameter.
+    /// Standard deviation of the random variation, in the unit of the parameter.
     pub sd: f64,
-    /// 95 % interval of the standard deviation, where the model file gives one.
+    /// 95 % interval of the standard deviation; `None` if the model file gives none.
     pub ci95: Option<[f64; 2]>,
 }

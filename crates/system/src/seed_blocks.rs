@@ -1,14 +1,14 @@
-//! Splitting of the derivatives of a simulation into blocks of at most the widest dual number.
+//! Splits the derivatives of a simulation into blocks of at most the widest dual number.
 //!
-//! Dual numbers have a fixed number of lanes. A task with more seeds than the widest runs once per block of
-//! seeds. Each block repeats the simulation of the values, and the result is bit-identical to that of one
-//! wider run.
+//! Dual numbers have a fixed number of lanes, one per derivative. A task with more seeds (variables of
+//! differentiation) than the widest dual number has lanes runs once per block of seeds. Each block repeats
+//! the simulation of the values, and the result is bit-identical to that of one wider run.
 
 use crate::error::SimulationError;
 use crate::simulated::Simulated;
 use crate::task::Task;
 
-/// Runs a task in blocks of at most `widest` seeds and assembles the derivatives in `out`.
+/// Simulates a task in blocks of at most `widest` seeds, and assembles the derivatives in `out`.
 ///
 /// # Errors
 /// The first error of `run`.

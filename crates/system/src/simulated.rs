@@ -1,43 +1,44 @@
 //! The result of a simulation: channel values, their derivatives, and events.
 
-/// A simulated event.
+/// An event that occurred in a simulation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Event {
-    /// Time, s.
+    /// Time of the event, s.
     pub time_s: f64,
-    /// Features in the order of the schema; NaN for those that are not defined at an event.
+    /// Values of the features at the event, in the order of the schema; NaN for those not defined at an
+    /// event.
     pub features: Vec<f64>,
 }
 
 impl Event {
-    /// The feature with index `i`; NaN where it is not defined at the event.
+    /// Value of the feature with index `i` at the event; NaN if it is not defined there.
     pub fn feature(&self, i: usize) -> f64 {
         self.features.get(i).copied().unwrap_or(f64::NAN)
     }
 }
 
-/// Values and derivatives of a simulated window.
+/// Channel values and derivatives of a simulated window, and its events.
 ///
-/// Reuse one buffer for many windows: it is not reallocated once it is large enough.
+/// Reuse one object for many windows: its buffers are not reallocated once they are large enough.
 #[derive(Clone, Debug, Default)]
 pub struct Simulated {
     samples: usize,
     channels: usize,
     lanes: usize,
     width: usize,
-    /// Values as `[sample][channel]`.
+    /// Simulated channel values as `[sample][channel]`.
     values: Vec<f64>,
-    /// Derivatives as `[sample][channel][width]`, zero beyond the lanes.
+    /// Derivatives of the channel values as `[sample][channel][width]`, zero beyond the derivative lanes.
     slopes: Vec<f64>,
     features: usize,
     event_times: Vec<f64>,
-    /// Event features as `[event][feature]`.
+    /// Features of the events as `[event][feature]`.
     event_features: Vec<f64>,
-    /// Buffer for one block of lanes, if the task runs in several.
+    /// Buffer for one block of derivatives, if the task runs in several blocks.
     block: Option<Box<Simulated>>,
 }
 
-/// Rows of derivatives are padded to a multiple of this; kernels then need only a few widths.
+/// Number to a multiple of which rows of derivatives are padded; kernels then need only a few widths.
 const ROW_MULTIPLE: usize = 4;
 
 impl Simulated {
@@ -55,40 +56,41 @@ impl Simulated {
         self.event_features.clear();
     }
 
-    /// Number of samples.
+    /// Number of samples of the window.
     pub fn samples(&self) -> usize {
         self.samples
     }
 
-    /// Number of channels.
+    /// Number of channels of the system.
     pub fn channels(&self) -> usize {
         self.channels
     }
 
-    /// Number of derivative lanes.
+    /// Number of derivatives of each value (lanes).
     pub fn lanes(&self) -> usize {
         self.lanes
     }
 
-    /// Length of a row of derivatives: the lanes, padded with zeros to a multiple of four.
+    /// Length of a row of derivatives: their number, padded with zeros to a multiple of four.
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// Value of a channel at a sample, in the channel's unit.
+    /// Simulated value of a channel at a sample, in the channel's unit.
     pub fn value(&self, sample: usize, channel: usize) -> f64 {
         self.values[sample * self.channels + channel]
     }
 
-    /// Derivatives of a channel at a sample, in the channel's unit per unit of the seed.
+    /// Derivatives of a channel at a sample with respect to the seeds, in the channel's unit per unit of the
+    /// seed.
     ///
-    /// The slice has [`width`](Self::width) elements.
+    /// The slice has [`width`](Self::width) elements, padded with zeros.
     pub fn slopes(&self, sample: usize, channel: usize) -> &[f64] {
         let first = (sample * self.channels + channel) * self.width;
         &self.slopes[first..first + self.width]
     }
 
-    /// Stores value and derivatives of a channel at a sample; drops surplus derivatives.
+    /// Stores the value and derivatives of a channel at a sample; drops surplus derivatives.
     pub fn set_row(
         &mut self,
         sample: usize,
@@ -110,7 +112,7 @@ impl Simulated {
         self.event_features.resize(end, f64::NAN);
     }
 
-    /// Times of the events, s.
+    /// Times of all events in the window, s.
     pub fn event_times(&self) -> &[f64] {
         &self.event_times
     }
@@ -120,23 +122,23 @@ impl Simulated {
         &self.event_features[event * self.features..][..self.features]
     }
 
-    /// All events in order of time.
+    /// All events of the window, in order of time.
     pub fn events(&self) -> Vec<Event> {
         let times = self.event_times.iter().enumerate();
         times.map(|(i, &time_s)| Event { time_s, features: self.event(i).to_vec() }).collect()
     }
 
-    /// Takes the buffer for one block of lanes out.
+    /// Takes out the buffer for one block of derivatives.
     pub(crate) fn take_block(&mut self) -> Box<Simulated> {
         self.block.take().unwrap_or_default()
     }
 
-    /// Puts the buffer for one block of lanes back.
+    /// Puts back the buffer for one block of derivatives.
     pub(crate) fn put_block(&mut self, block: Box<Simulated>) {
         self.block = Some(block);
     }
 
-    /// Copies the derivatives of a block into lanes `first..` of `lanes` in total.
+    /// Copies the derivatives of a block into the lanes from `first` on, of `lanes` in total.
     ///
     /// The block with `first` 0 also sets sizes, values and events.
     pub(crate) fn merge(&mut self, block: &Simulated, first: usize, lanes: usize) {

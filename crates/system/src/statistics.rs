@@ -1,6 +1,6 @@
-//! Median and quantiles.
+//! Median and quantiles of values.
 
-/// Median of a slice, 0 if it is empty; sorts the slice.
+/// Median of the values in a slice, 0 if it is empty; sorts the slice.
 ///
 /// ```
 /// use augsim_system::statistics::median;

@@ -25,10 +25,12 @@ use std::sync::Arc;
 
 /// Simulates windows of records, with derivatives: all that a fit, a filter or a forecast needs of a system.
 pub trait Simulate: Debug + Send + Sync {
-    /// Describes states, channels, inputs, covariates, features and targets with their units.
+    /// Describes the states, channels, inputs, covariates, features and targets of the system, with their
+    /// units.
     fn schema(&self) -> &Schema;
 
-    /// Parameters in the order of the parameter vector: declared ones, then those of added effects.
+    /// Parameters of the system, in the order of its parameter vector: declared ones, then those of added
+    /// effects.
     fn parameters(&self) -> &[Parameter];
 
     /// Simulates one window: the channels and their derivatives with respect to the task's seeds.
@@ -57,7 +59,8 @@ pub trait Simulate: Debug + Send + Sync {
         tasks.iter().map(simulate).collect()
     }
 
-    /// Batch size of [`simulate_batch`](Simulate::simulate_batch): windows with equal seeds in one pass.
+    /// Number of windows with equal seeds that [`simulate_batch`](Simulate::simulate_batch) simulates in one
+    /// pass.
     fn simd_batch_size(&self) -> usize {
         1
     }
@@ -71,30 +74,32 @@ pub trait Simulate: Debug + Send + Sync {
         record.windows.first().and_then(|w| w.start.get(state)).copied().unwrap_or(f64::NAN)
     }
 
-    /// Accuracy of the engine in a channel, in its unit; effects smaller than this are not considered.
+    /// Accuracy of the engine in a channel, in the channel's unit; effects smaller than this are not
+    /// considered.
     ///
-    /// Where it is not 0, the model is an idealisation and always leaves smooth residuals: gains are then
+    /// If it is not 0, the model is an idealisation and always leaves smooth residuals: gains are then
     /// divided by a dispersion factor estimated from the residuals.
     fn resolution(&self, _channel: usize) -> f64 {
         0.0
     }
 }
 
-/// Candidate effects, and the same system with some of them: what a search for missing effects varies.
+/// A system that a search for missing effects can extend by candidate effects.
 pub trait Augment: Simulate {
-    /// Candidate effects, in the order in which they are applied; augmentation does not change the list.
+    /// Candidate effects of the system, in the order in which they are applied; augmentation does not change
+    /// it.
     fn library(&self) -> &[Effect];
 
     /// Effects that [`augmented`](Augment::augmented) has added, in the order of their parameters.
     fn terms(&self) -> &[ModelTerm];
 
-    /// Returns this system with further effects; their parameters are appended in the order of `laws`.
+    /// Returns this system with further effects added; their parameters are appended in the order of `laws`.
     ///
     /// # Errors
     /// [`SystemError`] if the system does not have one of the effects.
     fn augmented(&self, laws: &[ModelTerm]) -> Result<Arc<dyn System>, SystemError>;
 
-    /// Parameter values at which an effect vanishes: points of its score test, start values of its fit.
+    /// Parameter values at which an effect vanishes: points of its score test, and start values of its fit.
     ///
     /// An inner parameter, such as a width or a threshold, has no null value: it takes values on a grid, and
     /// its derivative is 0 at each of these points. The default is one point, the null values of all
@@ -126,18 +131,18 @@ pub trait Augment: Simulate {
         self.library().get(effect).is_some_and(|e| e.joins.is_none())
     }
 
-    /// Candidate tables (functions of one feature), given records and their simulated events.
+    /// Tables (functions of one feature) that may be added, given records and their simulated events.
     fn candidate_tables(&self, _records: &[&Record], _events: &[Vec<Event>]) -> Vec<Table> {
         Vec::new()
     }
 
-    /// Number of declared parameters, that is without those of the added effects.
+    /// Number of declared parameters, not counting the parameters of the added effects.
     fn declared_count(&self) -> usize {
         let added: usize = self.terms().iter().map(|law| law.size(self.library())).sum();
         self.parameters().len() - added
     }
 
-    /// Index range of each added effect's parameters in a task's parameter vector.
+    /// For each added effect, the index range of its parameters in a task's parameter vector.
     fn term_parameter_ranges(&self) -> Vec<Range<usize>> {
         let mut first = self.declared_count();
         self.terms()
@@ -153,16 +158,17 @@ pub trait Augment: Simulate {
 
 /// Prepares measured records for fits: covariates, events, windows, rough values; and refuses unusable records.
 pub trait Prepare: Simulate {
-    /// Covariates of a record from its constant columns, in schema order; NaN where not recorded.
+    /// Reads the covariates of a record from its constant columns, in schema order; NaN where not recorded.
     ///
     /// The default reads the column that has the covariate's name.
     fn covariates(&self, constant: &dyn Fn(&str) -> Option<f64>) -> Vec<f64> {
         self.schema().covariates.iter().map(|c| constant(&c.name).unwrap_or(f64::NAN)).collect()
     }
 
-    /// Completes a record after reading: events, smooth segments, windows and rough initial states.
+    /// Completes a record after reading: finds events, smooth segments, windows and rough initial states.
     ///
-    /// `sd` is a rough noise standard deviation of each channel, in its unit. The default takes the whole
+    /// `sd` is a rough noise standard deviation of each channel, in the channel's unit. The default takes
+    /// the whole
     /// record as one window without segments; see [`Record::use_as_one_window`] for the initial state.
     ///
     /// # Errors
@@ -173,9 +179,10 @@ pub trait Prepare: Simulate {
         Ok(())
     }
 
-    /// This system with scene parameters, such as the floor height, estimated from data and calibrated.
+    /// Estimates scene parameters, such as the floor height, from data; returns the system with them,
+    /// calibrated.
     ///
-    /// `None` where the declared scene agrees with the records.
+    /// `None` if the declared scene agrees with the records.
     fn with_scene_from_data(&self, _records: &[&Record]) -> Option<Arc<dyn System>> {
         None
     }
@@ -188,14 +195,16 @@ pub trait Prepare: Simulate {
         false
     }
 
-    /// Start value for fitting a declared parameter, if there is a better one than the nominal value.
+    /// Start value for fitting a declared parameter; `None` if there is none better than the nominal value.
     fn start_value(&self, _parameter: usize) -> Option<f64> {
         None
     }
 
-    /// Why these prepared records cannot be used, as an error that says what to do; `None` if they can.
+    /// Reason why these prepared records cannot be used, as an error that says what to do; `None` if they
+    /// can.
     ///
-    /// Rejected samples are NaN; `sd` is the noise standard deviation of each channel, in its unit.
+    /// Rejected samples are NaN; `sd` is the noise standard deviation of each channel, in the channel's
+    /// unit.
     fn objection(&self, _records: &[Record], _sd: &[f64]) -> Option<Objection> {
         None
     }
@@ -209,16 +218,17 @@ pub trait Describe: Simulate {
         Quantity::new(name, "")
     }
 
-    /// Quantities against which residuals are plotted: name and one value per sample, NaN if undefined.
+    /// Quantities against which residuals are plotted: name, and one value per sample (NaN if undefined).
     ///
-    /// `events` are the simulated events.
+    /// `events` are the simulated events of the record.
     fn residual_axes(&self, record: &Record, _events: &[Event]) -> Vec<(String, Vec<f64>)> {
         let channels = self.schema().channels.iter().zip(&record.values);
         let time = ("time_s".to_string(), record.times.clone());
         std::iter::once(time).chain(channels.map(|(c, values)| (c.column.clone(), values.clone()))).collect()
     }
 
-    /// Data for a top view at these times, with parameter `values`; `None` if there is no such view.
+    /// Data for a top view of a record at these times, with parameter `values`; `None` if there is no such
+    /// view.
     fn scene(&self, _record: &Record, _times: &[f64], _values: &[f64]) -> Option<TopView> {
         None
     }
@@ -228,14 +238,16 @@ pub trait Describe: Simulate {
         Designs::default()
     }
 
-    /// Why these records cannot come from such a system, at any parameter values; with a remedy.
+    /// Reason why no parameter values make the system fit these records, with a remedy; `None` if there is
+    /// none.
     fn foreign_records_objection(&self, _records: &[&Record], _sd: &[f64]) -> Option<Objection> {
         None
     }
 
-    /// Why calibrated parameter values are implausible for such a system, with the most likely remedy.
+    /// Reason why calibrated parameter values are implausible, with the most likely remedy; `None` if they
+    /// are plausible.
     ///
-    /// `values` are in the order of [`parameters`](Simulate::parameters).
+    /// `values` are in the order of the system's [`parameters`](Simulate::parameters).
     fn implausible_values_objection(&self, _values: &[f64]) -> Option<Objection> {
         None
     }

@@ -1,35 +1,35 @@
-//! A simulation task: window, parameter values, initial state and derivative seeds.
+//! A simulation task: window, parameter values, initial state, and variables of differentiation (seeds).
 
 use crate::error::SimulationError;
 use crate::record::Record;
 use crate::schema::Schema;
 use std::ops::Range;
 
-/// The variable with respect to which one lane carries derivatives; the seeds of a task are distinct.
+/// A variable of differentiation (seed); each seed of a task has its own lane of derivatives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Seed {
-    /// A parameter, by its index in the parameter vector.
+    /// Derivatives are taken with respect to a parameter, by its index in the parameter vector.
     Parameter(usize),
-    /// An initial state of the window, by its index in the schema.
+    /// Derivatives are taken with respect to an initial state of the window, by its index in the schema.
     Start(usize),
-    /// An offset of the event parameter, by its index in [`Offsets`].
+    /// Derivatives are taken with respect to an offset of the event parameter, by its index in [`Offsets`].
     Offset(usize),
 }
 
-/// Offsets of the event parameter: realisations of its random effect, inputs of the simulation.
+/// Offsets added to the event parameter at events: realisations of its random effect.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Offsets<'a> {
-    /// No offsets.
+    /// The event parameter has no offset at any event.
     #[default]
     None,
-    /// One offset for every event of the window.
+    /// The event parameter has the same offset at every event of the window.
     Shared(f64),
-    /// One offset per event, in order; 0 beyond the end of the list.
+    /// Each event has its own offset of the event parameter, in order; 0 beyond the end of the list.
     PerEvent(&'a [f64]),
 }
 
 impl Offsets<'_> {
-    /// Number of offsets.
+    /// Number of offsets of the event parameter.
     pub fn len(&self) -> usize {
         match self {
             Offsets::None => 0,
@@ -38,31 +38,32 @@ impl Offsets<'_> {
         }
     }
 
-    /// Whether there are no offsets.
+    /// Whether the event parameter has no offsets.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 }
 
-/// A window to simulate.
+/// A window of a record to simulate, with all values that the simulation needs.
 #[derive(Clone, Debug)]
 pub struct Task<'a> {
-    /// Values of the system's parameters.
+    /// Values of the system's parameters, in the order of its parameter vector.
     pub parameters: &'a [f64],
-    /// The record: times, inputs and covariates.
+    /// Record that provides times, inputs and covariates.
     pub record: &'a Record,
-    /// Sample range of the record; a window that does not start at sample 0 starts during the motion.
+    /// Range of the record's samples to simulate; a window that does not start at sample 0 starts during the
+    /// motion.
     pub window: Range<usize>,
     /// Initial state at the first sample of the window, in the order of the schema.
     pub start: &'a [f64],
-    /// Offsets of the event parameter.
+    /// Offsets added to the event parameter at the events of the window.
     pub offsets: Offsets<'a>,
-    /// Variables of differentiation, one per lane.
+    /// Variables of differentiation, one per lane of derivatives.
     pub seeds: &'a [Seed],
 }
 
 impl Task<'_> {
-    /// Checks the task against a system with this schema and number of parameters.
+    /// Checks that the task matches a system with this schema and number of parameters.
     ///
     /// # Errors
     /// [`SimulationError::Task`] names the part that does not match.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Outline of a pushed object, and the path and radius of the rod; the object's poses are elsewhere.
+/// Outline of a pushed object, and the path and radius of the rod; the object's poses are not included.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TopView {
     /// Corners of the object in its body frame, m.
