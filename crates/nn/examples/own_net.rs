@@ -44,7 +44,7 @@ impl TinyNet {
     }
 }
 
-/// Trains on sequences of equal length, `[time, lanes]` each; returns the loss before every step.
+/// Trains the network on sequences of equal length, `[time, lanes]` each; returns the loss before every step.
 ///
 /// # Errors
 /// [`TensorError`] if shapes are incompatible.

@@ -35,7 +35,7 @@ pub enum CheckpointError {
         /// Error of the serialiser.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
-    /// The file does not begin with the magic number.
+    /// The file is no checkpoint: it does not begin with the magic number.
     #[error("{}: not an augsim checkpoint; give the checkpoint.bin of a run directory", path.display())]
     NotACheckpoint {
         /// Path of the file.
@@ -63,13 +63,13 @@ pub enum CheckpointError {
     },
 }
 
-/// Kinds of damage of a checkpoint file.
+/// How a checkpoint file is damaged.
 #[derive(Debug, thiserror::Error)]
 pub enum Damage {
     /// The file is shorter than a header.
     #[error("the file ends within the header")]
     EndsInHeader,
-    /// The length of the body differs from that in the header.
+    /// The number of bytes in the body differs from that in the header.
     #[error("it should hold {expected} bytes but holds {found}")]
     Length {
         /// Number of bytes of the body according to the header.
@@ -80,7 +80,7 @@ pub enum Damage {
     /// The CRC-32 of the body differs from that in the header.
     #[error("the checksum does not match")]
     Checksum,
-    /// The body cannot be decoded as the expected value.
+    /// The body of the file cannot be decoded as a value of the expected type.
     #[error(transparent)]
     Body(Box<dyn std::error::Error + Send + Sync>),
     /// The body continues after the end of the value.

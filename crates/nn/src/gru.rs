@@ -12,7 +12,7 @@ pub(crate) struct Layer {
     pub b_hh: ParamId,
 }
 
-/// A stack of GRU layers; the inputs of each are the hidden states of the layer below.
+/// A stack of GRU layers; the inputs of each layer are the hidden states of the layer below.
 #[derive(Debug, Clone)]
 pub struct Gru {
     pub(crate) layers: Vec<Layer>,

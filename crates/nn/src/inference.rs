@@ -195,7 +195,7 @@ impl DrawRunner {
         }
     }
 
-    /// Samples `mean + eps sd`, `[steps, out, lane]`, for features `x [steps, in, lane]`.
+    /// Draws samples `mean + eps sd`, `[steps, out, lane]`, for features `x [steps, in, lane]`.
     ///
     /// `eps [steps, out, lane]` are standard normal random numbers.
     pub fn run(&mut self, x: &[f32], eps: &[f32], steps: usize) -> &[f32] {

@@ -113,7 +113,7 @@ pub struct MixtureRunner {
     logits: LinearRunner,
     mean: LinearRunner,
     sd: SdRunner,
-    /// Means and standard deviations of the drawn components, `[out, lane]` each.
+    /// Means and standard deviations of the components that were drawn, `[out, lane]` each.
     drawn: [Vec<f32>; 2],
     outputs: usize,
     components: usize,
@@ -135,7 +135,7 @@ impl MixtureRunner {
         }
     }
 
-    /// Draws a component for each lane and returns its mean and standard deviation, `[out, lane]` each.
+    /// Draws a mixture component for each lane; returns its mean and standard deviation, `[out, lane]` each.
     ///
     /// `h [in, lane]` are the features, `uniform [lane]` random numbers in `[0, 1)`.
     pub fn choose(&mut self, h: &[f32], uniform: &[f32]) -> (&[f32], &[f32]) {

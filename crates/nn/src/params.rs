@@ -11,7 +11,7 @@ pub struct ParamId(usize);
 /// How a parameter is initialised.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Init {
-    /// Uniform random values on `[-bound, bound]`.
+    /// Random values, uniform on `[-bound, bound]`.
     Uniform {
         /// Half-width of the interval around 0.
         bound: f64,
@@ -86,7 +86,7 @@ impl<T: Scalar> Params<T> {
         &self.values[entry.start..entry.end]
     }
 
-    /// Extents of one parameter.
+    /// Extents (shape) of one parameter.
     pub fn dims(&self, id: ParamId) -> &[usize] {
         &self.entries[id.0].dims
     }

@@ -9,7 +9,7 @@ pub struct StepDecay {
     pub initial: f64,
     /// Factor by which the learning rate is multiplied at each reduction.
     pub factor: f64,
-    /// Number of iterations between reductions; 0 for a constant rate.
+    /// Number of iterations between reductions of the learning rate; 0 for a constant rate.
     pub every: u64,
 }
 

@@ -10,9 +10,9 @@ pub enum TensorError {
     ShapeMismatch {
         /// Name of the operation whose operands do not match.
         op: &'static str,
-        /// Shape of the first operand.
+        /// Shape of the operation's first operand.
         left: Shape,
-        /// Shape of the second operand.
+        /// Shape of the operation's second operand.
         right: Shape,
         /// Rule of the operation that the two shapes break.
         rule: &'static str,
@@ -22,7 +22,7 @@ pub enum TensorError {
     BadShape {
         /// Name of the operation that rejects the shape.
         op: &'static str,
-        /// Shape of the operand.
+        /// Shape of the rejected operand.
         shape: Shape,
         /// Rule of the operation that the operand's shape breaks.
         rule: &'static str,
@@ -34,7 +34,7 @@ pub enum TensorError {
         shape: Shape,
         /// Number of elements of the declared shape.
         expected: usize,
-        /// Number of values given.
+        /// Number of values given for the tensor.
         found: usize,
     },
     /// A tensor has more than [`crate::MAX_RANK`] axes.
@@ -50,7 +50,7 @@ pub enum TensorError {
     OutOfRange {
         /// Name of the operation that was asked for the axis or range.
         op: &'static str,
-        /// Shape of the operand.
+        /// Shape of the operand that was asked for the axis or range.
         shape: Shape,
         /// Axis that was asked for.
         axis: usize,

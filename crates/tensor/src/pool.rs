@@ -44,7 +44,7 @@ impl<T> DerefMut for Buffer<T> {
     }
 }
 
-/// Free buffers, by exact length.
+/// A pool of free buffers, found by their exact length.
 #[derive(Debug, Default)]
 pub(crate) struct Pool<T> {
     /// Free buffers as `(length, buffers of that length)`, sorted by length.

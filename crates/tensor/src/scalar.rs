@@ -38,43 +38,44 @@ pub trait Scalar:
     fn to_f64(self) -> f64;
     /// Whether the value is neither NaN nor infinite.
     fn is_finite(self) -> bool;
-    /// Exponential function.
+    /// Exponential function of the value.
     fn exp(self) -> Self;
-    /// Natural logarithm.
+    /// Natural logarithm of the value.
     fn ln(self) -> Self;
-    /// Square root.
+    /// Square root of the value.
     fn sqrt(self) -> Self;
-    /// Hyperbolic tangent.
+    /// Hyperbolic tangent of the value.
     fn tanh(self) -> Self;
-    /// Logistic function 1 / (1 + exp(-x)).
+    /// Logistic function 1 / (1 + exp(-x)) of the value.
     fn sigmoid(self) -> Self;
-    /// ln(1 + exp(x)), without overflow.
+    /// Softplus ln(1 + exp(x)) of the value, without overflow.
     fn softplus(self) -> Self;
     /// Matrix product `out (m x n) = a (m x k) b (k x n)`, or `out += a b` if `accumulate`.
     fn matmul(dims: kernels::MatmulDims, a: &[Self], b: &[Self], out: &mut [Self], accumulate: bool);
     /// Runs one GRU layer over a sequence: [`crate::kernels::gru_reference::forward`] or the SIMD kernel.
     fn gru_forward(args: GruForward<'_, Self>, scratch: &mut [Self]);
-    /// Vector-Jacobian product of [`Scalar::gru_forward`].
+    /// Computes the vector-Jacobian product of [`Scalar::gru_forward`].
     fn gru_backward(args: GruBackward<'_, Self>, scratch: &mut [Self]);
     /// Number of scratch elements that the two GRU kernels need for a layer.
     fn gru_scratch(input: usize, hidden: usize) -> usize;
     /// Softplus `y = ln(1 + exp(x))`, element by element.
     fn softplus_forward(x: &[Self], y: &mut [Self]);
-    /// `y = tanh x`, element by element.
+    /// Computes `y = tanh x`, element by element.
     fn tanh_forward(x: &[Self], y: &mut [Self]);
     /// Gradient of softplus: `dx += g sigmoid(x)`, or `dx = g sigmoid(x)` if `fresh`.
     fn softplus_backward(x: &[Self], g: &[Self], dx: &mut [Self], fresh: bool);
-    /// Kullback-Leibler divergence KL(q || p) of Gaussians, from `[mean_q, sd_q, mean_p, sd_p]`.
+    /// Computes the Kullback-Leibler divergence KL(q
+    /// p) of Gaussians, from `[mean_q, sd_q, mean_p, sd_p]`.
     fn kl_forward(operands: [&[Self]; 4], y: &mut [Self]);
     /// Adds the gradients of the operands of [`Scalar::kl_forward`]; overwrites those marked in `fresh`.
     fn kl_backward(operands: [&[Self]; 4], g: &[Self], grads: [&mut [Self]; 4], fresh: [bool; 4]);
-    /// Negative log-likelihood of a Gaussian, element by element, from `[x, mean, sd]`.
+    /// Computes the Gaussian negative log-likelihood, element by element, from `[x, mean, sd]`.
     fn nll_forward(operands: [&[Self]; 3], y: &mut [Self]);
     /// Adds the gradients of the operands of [`Scalar::nll_forward`]; overwrites those marked in `fresh`.
     fn nll_backward(operands: [&[Self]; 3], g: &[Self], grads: [&mut [Self]; 3], fresh: [bool; 3]);
-    /// Affine map over the feature axis of a sequence.
+    /// Runs an affine map over the feature axis of a sequence.
     fn linear_forward(args: LinearForward<'_, Self>, scratch: &mut [Self]);
-    /// Vector-Jacobian product of [`Scalar::linear_forward`].
+    /// Computes the vector-Jacobian product of [`Scalar::linear_forward`].
     fn linear_backward(args: LinearBackward<'_, Self>, scratch: &mut [Self]);
     /// Number of scratch elements that the two linear kernels need for a layer.
     fn linear_scratch(input: usize, output: usize) -> usize;

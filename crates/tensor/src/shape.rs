@@ -49,7 +49,7 @@ impl Shape {
         self.len() == 0
     }
 
-    /// Number of elements before `axis`, extent of `axis`, and number of elements after it.
+    /// Splits the extents at `axis`: elements before it, its extent, and elements after it.
     ///
     /// These are the bounds of the three nested loops of an operation along one axis.
     pub(crate) fn split_at_axis(&self, axis: usize) -> (usize, usize, usize) {

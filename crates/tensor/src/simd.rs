@@ -145,7 +145,7 @@ impl Level {
     }
 }
 
-/// A kernel, generic over the vector type.
+/// A numerical kernel, generic over the SIMD vector type.
 ///
 /// `MANY_REGISTERS` is true if there are 32 vector registers, false if there are 16.
 pub(crate) trait Kernel {

@@ -14,7 +14,7 @@ impl Var {
     }
 }
 
-/// A position between two recorded tensors of a [`Tape`].
+/// A position on a [`Tape`], between two recorded tensors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mark {
     nodes: usize,
@@ -115,7 +115,7 @@ impl<T: Scalar> Tape<T> {
         self.nodes[v.index()].shape
     }
 
-    /// The operation that produced a tensor, with its operands.
+    /// The operation that produced the tensor `v`, with its operands.
     pub(crate) fn op(&self, v: Var) -> Op {
         self.nodes[v.index()].op
     }
@@ -284,7 +284,7 @@ impl<T: Scalar> Tape<T> {
         if grad.is_empty() { (self.pool.take(self.nodes[i].shape.len()), true) } else { (grad, false) }
     }
 
-    /// Puts a gradient buffer back on the tape.
+    /// Puts the gradient buffer of `v` back on the tape.
     ///
     /// If an operand occurs twice in one operation (tied weights), two buffers have been taken; they are
     /// added.
@@ -318,7 +318,7 @@ impl<T: Scalar> Tape<T> {
         }
     }
 
-    /// As [`Tape::take_grad`], for kernels that need a buffer for every operand.
+    /// Takes a gradient buffer as [`Tape::take_grad`], for kernels that need a buffer for every operand.
     ///
     /// Returns `(buffer, wanted)`. If `v` needs no gradient the buffer is scratch memory filled with zeros.
     pub(crate) fn take_grad_or_scratch(&mut self, v: Var) -> (Buffer<T>, bool) {
@@ -327,7 +327,7 @@ impl<T: Scalar> Tape<T> {
         (grad, wanted)
     }
 
-    /// As [`Tape::take_grad_to_write`], for kernels that need a buffer for every operand.
+    /// Takes a buffer as [`Tape::take_grad_to_write`], for kernels that need a buffer for every operand.
     ///
     /// Returns `(buffer, fresh, wanted)`. If `v` needs no gradient the buffer is `fresh` scratch memory.
     pub(crate) fn take_grad_or_scratch_to_write(&mut self, v: Var) -> (Buffer<T>, bool, bool) {

@@ -11,7 +11,7 @@ pub enum Difference {
     /// The training data have different values than those of the saved run.
     #[error("it was trained on other data")]
     Data,
-    /// The saved state columns differ from those of the saved engine.
+    /// The state columns in the saved state differ from those of the saved engine.
     #[error("its state columns differ from those of its engine")]
     ColumnsOfEngine,
     /// The saved scales have sizes that do not match the saved settings.
@@ -44,7 +44,7 @@ pub enum Difference {
         /// Columns that the engine needs: the state columns, then the action columns.
         columns: Vec<String>,
     },
-    /// The run was stopped before training ended.
+    /// The saved run was stopped before training ended.
     #[error("its training has not ended, so the distribution of its latent is not fitted yet")]
     Unfinished,
     /// Reconstruction was requested of a net that corrects roll-outs or rates, or has no latent.
@@ -60,7 +60,7 @@ pub enum Difference {
         "filtered forecasts need a net that corrects single steps with one latent per trajectory (hybrid-plus of a ball)"
     )]
     NotFilterable,
-    /// A state does not have one value per state column.
+    /// A state was given that does not have one value per state column.
     #[error("a state must have {expected} values, but {found} were given")]
     State {
         /// Number of state columns of the engine, and so of values in a state.

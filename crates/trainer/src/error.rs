@@ -85,7 +85,7 @@ pub enum TrainerError {
         id: String,
         /// Number of observed rows (samples) of the trajectory.
         rows: usize,
-        /// Number of measured values that determine the initial state.
+        /// Number of measured values that are needed to determine the initial state.
         needed: usize,
     },
     /// A value that the sensor should have measured is missing.
@@ -108,7 +108,7 @@ pub enum TrainerError {
         expected: usize,
         /// Number of values that the row has.
         found: usize,
-        /// Number of rows that have actions.
+        /// Number of rows of the trajectory that have actions.
         rows: usize,
     },
     /// No parameter values that fit the observed rows give a finite simulation beyond them.

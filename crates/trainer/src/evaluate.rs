@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Protocol {
-    /// The model observes the first state only and samples from the prior: a prediction.
+    /// The model observes the first state only and samples from its prior: a prediction.
     Forecast,
     /// The encoder observes the whole trajectory: not a prediction.
     Reconstruction,

@@ -34,7 +34,7 @@ pub trait Forecaster: Sync {
         false
     }
 
-    /// Samples `samples` trajectories (one, if the model is deterministic).
+    /// Draws `samples` trajectories from the forecast of a task (one, if the model is deterministic).
     ///
     /// # Errors
     /// [`TrainerError`] if the model cannot be run.

@@ -63,7 +63,7 @@ impl LatentDistribution {
         -0.5 * white.iter().map(|v| v * v).sum::<f64>()
     }
 
-    /// Maps standard normal `draws [L, samples]` to latents `[L, samples]`.
+    /// Maps standard normal `draws [L, samples]` to latents `[L, samples]`, L the size of the latent.
     pub(crate) fn draw(&self, draws: &[f32], samples: usize) -> Vec<f32> {
         let l = self.mean.len();
         let mut w = vec![0.0; l * samples];

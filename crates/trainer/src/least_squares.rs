@@ -11,7 +11,7 @@
 
 use augsim_linear::{Mat, solve_positive_definite};
 
-/// Residuals that share one robust weight, such as those of one push.
+/// A block of residuals that share one robust weight, such as those of one push.
 pub(crate) type Block = Vec<f64>;
 
 /// Huber's threshold, as a multiple of the median over blocks of the root mean square residual at the start.
@@ -39,7 +39,7 @@ pub(crate) struct LevenbergMarquardt {
 /// Result of a Levenberg-Marquardt fit.
 #[derive(Debug, Clone)]
 pub(crate) struct FitResult {
-    /// Estimated parameter values.
+    /// Estimated parameter values, in the order of the start values.
     pub values: Vec<f64>,
     /// Loss at the estimate: mean over the blocks of Huber's function of the root mean square residual.
     pub loss: f64,

@@ -13,7 +13,7 @@ pub(crate) fn normals(seed: u64, purpose: &str, first: u64, lanes: usize) -> Nor
     }))
 }
 
-/// Draws `n` standard normals from the stream (seed, purpose, index).
+/// Draws `n` standard normal numbers from the random stream (seed, purpose, index).
 pub(crate) fn standard(seed: u64, purpose: &str, index: u64, n: usize) -> Vec<f32> {
     let mut rng = random_stream(seed, purpose, index);
     (0..n).map(|_| StandardNormal.sample(&mut rng)).collect()

@@ -17,15 +17,15 @@ pub enum Recipe {
     HybridPlus,
     /// The net of Hybrid+ without physics, for pushes: an ablation that shows the benefit of the physics.
     NeuralPlus,
-    /// Physics fitted by least squares, with a noise variance that grows with the distance travelled.
+    /// Physics calibrated by least squares, with a noise variance that grows with the distance travelled.
     PhysicsCalibrated,
     /// A perceptron that predicts the next state.
     FeedForward,
     /// A perceptron that corrects a physics step.
     FeedForwardResidual,
-    /// A recurrent net that corrects a physics step, with a learned deviation.
+    /// A recurrent net that corrects a physics step, with a learned standard deviation.
     RecurrentResidual,
-    /// The recurrent residual net with a mixture of five Gaussians as output distribution.
+    /// A recurrent net that corrects a physics step, by a mixture of five Gaussians.
     MixtureResidual,
     /// Ensemble of five probabilistic perceptrons that predict the next state (PETS).
     Ensemble,
@@ -35,19 +35,19 @@ pub enum Recipe {
     Vrnn,
     /// The variational recurrent net (VRNN) of Chung et al. 2015, conditioned on the physics roll-out.
     ConditionalVrnn,
-    /// A net that predicts the inputs of the contact model (Kloss et al. 2017), for pushes.
+    /// A net that predicts the parameters of the contact model (Kloss et al. 2017), for pushes.
     PredictedParameters,
-    /// The net that predicts the inputs of the contact model, with an additive learned error.
+    /// A net that predicts the parameters of the contact model, and an additive error; for pushes.
     PredictedParametersError,
     /// Gaussian processes for the residual of the contact model (Fazeli et al. 2017), as samples; for pushes.
     GpResidual,
-    /// Gaussian processes for the residual of the contact model, mean prediction only; for pushes.
+    /// Gaussian processes for the residual of the contact model, as mean only; for pushes.
     GpResidualMean,
     /// The contact model with a convex quartic limit surface (Zhou et al. 2016), for pushes.
     ConvexQuartic,
-    /// The convex quartic with a random limit surface per roll-out (Zhou et al. 2017), for pushes.
+    /// The contact model with a random convex quartic limit surface per roll-out (Zhou et al. 2017), for pushes.
     ConvexQuarticDrawn,
-    /// Points assigned softly to moving rigid bodies (SE3-Nets, Byravan and Fox 2017), for pushes.
+    /// SE3-Nets: points are assigned softly to moving rigid bodies (Byravan and Fox 2017), for pushes.
     RigidFlow,
 }
 

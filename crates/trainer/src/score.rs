@@ -79,13 +79,13 @@ pub struct PointError {
 pub struct Score {
     /// Number of trajectories that were averaged.
     pub trajectories: usize,
-    /// Errors of the mean of all samples.
+    /// Errors of the point estimate that is the mean of all samples.
     pub mean: PointError,
-    /// Errors of the mean of the first [`PAPER_SAMPLES`] samples, the paper's estimate.
+    /// Errors of the point estimate of the paper, the mean of the first [`PAPER_SAMPLES`] samples.
     pub mean_of_10: PointError,
-    /// Errors of the median of all samples, column by column.
+    /// Errors of the point estimate that is the median of all samples, column by column.
     pub median: PointError,
-    /// CRPS of each measure, mean over its columns, in their unit; the absolute error for one sample.
+    /// CRPS of each measure, averaged over its columns, in their unit; for one sample the absolute error.
     pub crps: Vec<f64>,
     /// Share of measured values in the central 50 % band, over all columns; `None` for one sample.
     pub coverage50: Option<f64>,

@@ -11,7 +11,7 @@ const TIME_COLUMN: &str = "t_s";
 pub struct Sequence {
     /// Identifier of the trajectory in the data set.
     pub id: String,
-    /// Number of samples T.
+    /// Number of samples T of the trajectory.
     pub time: usize,
     /// States `[T, S]` (T samples, S state columns), in the units of the columns.
     pub states: Vec<f64>,

@@ -59,7 +59,7 @@ pub struct Settings {
     pub iterations: u64,
     /// Number of trajectories in the batch of one iteration.
     pub batch: usize,
-    /// Norm to which longer gradients are clipped; `None` for no clipping.
+    /// Norm to which longer gradients are rescaled; `None` for no clipping.
     pub clip_norm: Option<f64>,
     /// Learning rate schedule.
     pub learning_rate: StepDecay,

@@ -121,12 +121,12 @@ impl Stepper {
         Ok(stepper)
     }
 
-    /// Number of state columns S.
+    /// Number of state columns S of the net's engine.
     pub fn states(&self) -> usize {
         self.state.len()
     }
 
-    /// Starts trajectory number `index` at `start [S]`.
+    /// Starts trajectory number `index` at the state `start [S]`, one value per state column.
     ///
     /// Its random stream and its latent equal those of a forecast of task `index` with one sample.
     ///
@@ -189,7 +189,7 @@ impl Stepper {
 }
 
 impl RecurrentStepper {
-    /// Feeds the next physics state to the recurrent nets, and writes the predicted state to `mean [S]`.
+    /// Feeds the next physics state to a recurrent net, and writes the predicted state to `mean [S]`.
     fn advance(&mut self, physics: &[f64], scales: &Scales, mean: &mut [f64]) {
         for (slot, v) in self.condition.iter_mut().zip(self.initial_state.iter().chain(physics)) {
             *slot = *v as f32;

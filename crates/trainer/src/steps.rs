@@ -16,7 +16,7 @@ use crate::sequences::{Sequence, Sequences};
 /// Resolves about a thousandth of a column's standard deviation near 0.
 const ASINH_GAIN: f64 = 500.0;
 
-/// Number of features per state column.
+/// Number of features (net inputs) per state column.
 const FEATURES: usize = 5;
 
 /// Constant added to the physics step, relative to its root mean square, in the unit of corrections (formula 1).
@@ -88,7 +88,7 @@ impl Scales {
         self.correction[j] * (moved.abs() / self.step[j] + MIN_RELATIVE_STEP)
     }
 
-    /// Features of a value of column `j`: in standard units, and compressed by asinh around 0.
+    /// Features of a state value in column `j`: in standard units, and compressed by asinh around 0.
     pub(crate) fn state_features(&self, j: usize, value: f64) -> [f32; 2] {
         let standard = ((value - self.mean[j]) / self.sd[j]) as f32;
         [standard, (asinh(ASINH_GAIN * value / self.sd[j]) / 4.0) as f32]
@@ -116,7 +116,7 @@ pub(crate) struct StepRowInputs {
 }
 
 impl StepRowInputs {
-    /// Writes the features of a physics step to `row`, followed by its sensitivities `[P, S]`.
+    /// Writes the features of a physics step to `row`, then its sensitivities `[P, S]` to P physics parameters.
     ///
     /// A sensitivity is the first-order change of the step per typical spread of a trajectory-specific
     /// physics parameter ([`Engine::trajectory_sensitivities`]), in units of corrections. `from` and `to` are the actions
@@ -188,7 +188,7 @@ pub(crate) fn prepare(recipe: Recipe, engine: &Engine, scales: &Scales, q: &Sequ
     }
 }
 
-/// Computes the conditions `[time, U]` of the paper's nets from the initial state.
+/// Computes the conditions (net inputs) `[time, U]` of the paper's nets from the initial state.
 ///
 /// These are s_0, and for Hybrid also the physics roll-out.
 pub(crate) fn conditions(

@@ -39,7 +39,7 @@ pub struct Losses {
 /// State of a training run, sufficient to resume it bit for bit; the content of a checkpoint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TrainingState {
-    /// Settings of the run.
+    /// Settings of the training run.
     pub settings: Settings,
     /// Names of the state columns of the training set.
     pub columns: Vec<String>,
@@ -57,7 +57,7 @@ pub struct TrainingState {
     pub latent: Option<LatentDistribution>,
 }
 
-/// A training run.
+/// A training run: net, optimiser, training set and progress.
 ///
 /// ```
 /// use augsim_physics::ball::drop_distribution::{DropDistribution, published_predictor};
@@ -82,7 +82,7 @@ pub struct Training {
     net: Net,
     params: Params<f32>,
     prepared: Vec<Prepared>,
-    /// Shuffled indices of the training set, and the epoch that they were shuffled for.
+    /// Indices of the training set in shuffled order, and the epoch for which they were shuffled.
     order: Vec<usize>,
     order_epoch: Option<u64>,
     /// The batch as (length, position in the batch, trajectory index), longest first.
@@ -143,7 +143,7 @@ impl Training {
         Self::assemble(state, train)
     }
 
-    /// Builds the net, the targets and the buffers of a run from its state.
+    /// Builds the net, the targets and the buffers of a training run from its state.
     fn assemble(state: TrainingState, train: &Sequences) -> Result<Self, TrainerError> {
         if train.items.is_empty() {
             return Err(TrainerError::NoTrajectories { what: "the training set" });
@@ -189,7 +189,7 @@ impl Training {
         &self.state
     }
 
-    /// Ends training: fits the latent distribution and, for equations, the shrinkage factors.
+    /// Ends training: fits the latent distribution and, for equation models, chooses the shrinkage factors.
     ///
     /// # Errors
     /// [`TrainerError`] if the net cannot be run.
@@ -226,7 +226,7 @@ impl Training {
         &self.params
     }
 
-    /// Runs one iteration: loss and gradient of a batch, one optimiser step.
+    /// Runs one training iteration: loss and gradient of a batch, one optimiser step.
     ///
     /// A directly fitted class is fitted instead.
     ///

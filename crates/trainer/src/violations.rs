@@ -9,7 +9,7 @@ use augsim_physics::push::Pose;
 
 /// Tolerated ground penetration, m: the engine's solver accepts some, and sensors round.
 const PENETRATION_TOLERANCE_M: f64 = 1e-3;
-/// Tolerated energy gain of a rebound by rounding, J/kg.
+/// Energy gain of a rebound that is tolerated as rounding, J/kg.
 const ENERGY_TOLERANCE: f64 = 1e-2;
 /// Gap below which rod and object count as in contact, m: about twice the noise of a pose.
 pub(crate) const TOUCH_M: f64 = 7e-4;

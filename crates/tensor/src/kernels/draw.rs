@@ -9,11 +9,11 @@ use crate::simd::{Kernel, Level};
 pub struct Draw<'a> {
     /// Outputs of the layer `[T, 2 L, B]`: means, then the standard deviations before softplus.
     pub heads: &'a [f32],
-    /// Standard normal random numbers `[T, L, B]`.
+    /// Standard normal random numbers `[T, L, B]`, one per sample.
     pub eps: &'a [f32],
     /// Value that is added to the standard deviations after softplus.
     pub floor: f32,
-    /// Number of values per step, L B.
+    /// Number of samples per time step, L B.
     pub row: usize,
     /// Output of the kernel: the samples `[T, L, B]`.
     pub z: &'a mut [f32],

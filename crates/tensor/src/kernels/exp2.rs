@@ -13,7 +13,7 @@ const ROUND: f32 = 12_582_912.0 + 127.0;
 #[expect(clippy::approx_constant, reason = "a fitted coefficient near ln 2, not ln 2")]
 const EXP2: [f32; 5] = [1.326_472_7e-3, 9.671_513e-3, 5.550_733_6e-2, 2.402_224_2e-1, 6.931_47e-1];
 
-/// Returns 2^n and 2^f, where t = n + f with an integer n and |f| <= 1/2.
+/// Splits 2^t into factors: returns 2^n and 2^f, where t = n + f with an integer n and |f| <= 1/2.
 ///
 /// t must be between -126 and 126.
 #[inline(always)]

@@ -122,7 +122,7 @@ impl Kernel for Backward<'_, '_> {
     }
 }
 
-/// State before each of the `steps` steps from `start`: `h0` before the first step, then the outputs `y`.
+/// Hidden state before each of the `steps` steps from `start`: `h0` before step 0, else an output `y`.
 ///
 /// It is a part of `y`, or is copied to `buffer`; `spare` is overwritten.
 #[inline(always)]

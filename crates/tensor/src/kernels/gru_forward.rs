@@ -14,7 +14,7 @@ use crate::simd::Kernel;
 /// Number of time steps ahead for which memory is prefetched.
 const PREFETCH_STEPS: usize = 2;
 
-/// Number of floats of the packed weights of a layer.
+/// Number of floats that the packed weights and biases of a layer take.
 pub(crate) const fn packed_len(input: usize, hidden: usize) -> usize {
     hidden.next_multiple_of(4) * (3 * (input + hidden) + 4)
 }
@@ -52,7 +52,7 @@ impl Kernel for Forward<'_, '_> {
     }
 }
 
-/// The forward pass of a sequence with packed weights; see [`GruForward`].
+/// Kernel of the forward pass over a sequence with packed weights; see [`GruForward`].
 pub(crate) struct Sequence<'a> {
     pub dims: GruDims,
     pub packed: &'a [f32],

@@ -32,14 +32,15 @@ impl PackedGru {
         self.hidden
     }
 
-    /// Number of scratch elements that [`PackedGru::run`] needs.
+    /// Number of scratch elements (floats) that [`PackedGru::run`] needs.
     pub fn scratch(&self) -> usize {
         gru_forward::scratch_packed(self.input, self.hidden)
     }
 
-    /// Computes the hidden states `y [T, H, B]` for inputs `x [T, I, B]` from the state `h [H, B]`.
+    /// Computes hidden states `y [T, H, B]` for inputs `x [T, I, B]` from the hidden state `h [H, B]`.
     ///
-    /// `h` is replaced by the last state. T and B follow from the lengths of `y` and `h`.
+    /// `h` is replaced by the last state. The numbers T of steps and B of sequences follow from the lengths
+    /// of `y` and `h`.
     pub fn run(&self, x: &[f32], h: &mut [f32], y: &mut [f32], scratch: &mut [f32]) {
         let batch = h.len() / self.hidden.max(1);
         let time = y.len() / h.len().max(1);

@@ -5,7 +5,7 @@
 
 use pulp::Simd;
 
-/// Maximum number of f32 lanes of a supported instruction set.
+/// Maximum number of f32 lanes (values per vector) of a supported instruction set.
 pub(crate) const MAX_LANES: usize = 16;
 
 /// Number of time steps that kernels process at once.
@@ -32,7 +32,7 @@ fn store<S: Simd>(simd: S, row: &mut [f32], v: S::f32s) {
     }
 }
 
-/// The larger of `x` and `bound`; NaN stays NaN.
+/// Lane by lane, the larger of `x` and `bound`; NaN stays NaN.
 #[inline(always)]
 pub(crate) fn at_least<S: Simd>(simd: S, x: S::f32s, bound: f32) -> S::f32s {
     let bound = simd.splat_f32s(bound);
@@ -43,7 +43,7 @@ pub(crate) fn at_least<S: Simd>(simd: S, x: S::f32s, bound: f32) -> S::f32s {
     simd.max_f32s(bound, x)
 }
 
-/// The smaller of `x` and `bound`; NaN stays NaN.
+/// Lane by lane, the smaller of `x` and `bound`; NaN stays NaN.
 #[inline(always)]
 pub(crate) fn at_most<S: Simd>(simd: S, x: S::f32s, bound: f32) -> S::f32s {
     let bound = simd.splat_f32s(bound);

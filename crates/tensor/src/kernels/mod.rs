@@ -30,7 +30,7 @@ pub(crate) mod vector;
 pub use gru_packed::PackedGru;
 pub use matmul::{MatmulDims, matmul};
 
-/// Extents of one GRU layer over a sequence.
+/// Extents of one GRU layer and of the sequences that it processes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct GruDims {
     /// Number of time steps T.
@@ -112,7 +112,7 @@ pub struct GruBackward<'a, T> {
     pub db_hh: &'a mut [T],
 }
 
-/// Extents of an affine map over the feature axis of a sequence.
+/// Extents of an affine map over the feature axis, and of the sequences that it processes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LinearDims {
     /// Number of time steps T.
@@ -138,7 +138,7 @@ pub struct LinearForward<'a, T> {
     pub x: &'a [T],
     /// Output of the kernel, `[T, O, B]`: T time steps, O features, B sequences.
     pub y: &'a mut [T],
-    /// Whether tanh is applied to the outputs.
+    /// Whether tanh is applied to the outputs of the affine map.
     pub tanh: bool,
 }
 

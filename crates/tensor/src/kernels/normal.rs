@@ -183,7 +183,7 @@ mod tests {
         out
     }
 
-    /// Standard normal distribution function (Abramowitz and Stegun 26.2.17, 7.5e-8).
+    /// Standard normal distribution function (Abramowitz and Stegun 26.2.17, error 7.5e-8).
     fn cdf(x: f64) -> f64 {
         let t = 1.0 / (1.0 + 0.231_641_9 * x.abs());
         let poly = t

@@ -4,7 +4,7 @@
 
 use pulp::Simd;
 
-/// Number of outputs of the next tile when `remaining` are left.
+/// Number of outputs of the next register tile when `remaining` outputs are left.
 ///
 /// A tile is never larger than the outputs that are left, so its extents are constants for the compiler,
 /// which keeps all sums in registers.
@@ -55,7 +55,7 @@ impl<'a> Panels<'a> {
         Panels { packed, outputs, inputs }
     }
 
-    /// Computes `out[s][o] = initial[o] + sum_i w[o, i] x[s][i]` for each step s.
+    /// Multiplies by the weights: `out[s][o] = initial[o] + sum_i w[o, i] x[s][i]` for each time step s.
     ///
     /// Successive steps are `x_stride` vectors apart in `x` and `out_stride` vectors apart in `out`.
     #[inline(always)]

@@ -35,7 +35,7 @@ pub fn gaussian_kl<T: Scalar>([mq, sq, mp, sp]: [&[T]; 4], y: &mut [T]) {
     }
 }
 
-/// Adds the gradients of the four operands of [`gaussian_kl`].
+/// Adds the gradients of the four operands of [`gaussian_kl`], given the gradient `g` of its result.
 pub fn gaussian_kl_vjp<T: Scalar>([mq, sq, mp, sp]: [&[T]; 4], g: &[T], grads: [&mut [T]; 4]) {
     let [d_mq, d_sq, d_mp, d_sp] = grads;
     for (i, g) in g.iter().enumerate() {
@@ -56,7 +56,7 @@ pub fn gaussian_nll<T: Scalar>([x, mean, sd]: [&[T]; 3], y: &mut [T]) {
     }
 }
 
-/// Adds the gradients of the three operands of [`gaussian_nll`].
+/// Adds the gradients of the three operands of [`gaussian_nll`], given the gradient `g` of its result.
 pub fn gaussian_nll_vjp<T: Scalar>([x, mean, sd]: [&[T]; 3], g: &[T], grads: [&mut [T]; 3]) {
     let [d_x, d_mean, d_sd] = grads;
     for (i, g) in g.iter().enumerate() {

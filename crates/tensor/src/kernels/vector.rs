@@ -5,7 +5,7 @@ use pulp::Simd;
 
 /// A SIMD vector of a supported instruction set, with the operation on which the gates are based.
 pub(crate) trait Vector: Simd {
-    /// Returns numerator / (1 + 2^a) and numerator / (1 + 2^b).
+    /// Returns numerator / (1 + 2^a) and numerator / (1 + 2^b), from which all gates of a GRU are computed.
     #[inline(always)]
     fn over_one_plus_exp2(self, numerator: f32, a: Self::f32s, b: Self::f32s) -> (Self::f32s, Self::f32s) {
         exp2::by_one_division(self, numerator, a, b)

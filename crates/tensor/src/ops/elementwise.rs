@@ -44,7 +44,7 @@ impl<T: Scalar> Tape<T> {
         self.push(op(a, b), shape, self.needs_grad(&[a, b]), out)
     }
 
-    /// Adds `grad * f(x)` to the gradient of `a`, where `x` are the values of `argument`.
+    /// Adds the gradient of `a`, `grad * f(x)`, where `x` are the values of `argument`.
     pub(crate) fn map_vjp(&mut self, a: Var, argument: Var, grad: &[T], f: impl Fn(T) -> T) {
         let (mut da, fresh) = self.take_grad_to_write(a);
         if da.is_empty() {

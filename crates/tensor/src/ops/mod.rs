@@ -74,7 +74,7 @@ pub(crate) enum Op {
 /// Defines [`Op::name`] and the list of all names from one table, so that the list is complete.
 macro_rules! names {
     ($($pattern:pat => $name:literal,)*) => {
-        /// Names of all operations, as errors and [`Tape::operation`] give them.
+        /// Names of all operations on tensors, as errors and [`Tape::operation`] give them.
         ///
         /// The first, `leaf`, stands for constants and variables.
         pub const OPERATIONS: &[&str] = &[$($name),*];

@@ -1,4 +1,4 @@
-//! The ball of a model file as an engine that nets correct.
+//! The ball of a model file as a physics engine whose steps nets correct.
 
 use super::error::EngineError;
 use super::motion::EngineModel;
@@ -20,7 +20,7 @@ pub(super) const RESTITUTION_SPREAD: f64 = 0.1;
 /// Step of the central differences with respect to the restitution.
 const RESTITUTION_STEP: f64 = 0.01;
 
-/// State columns of a ball that moves vertically.
+/// State columns of a ball that moves only vertically.
 pub(super) const COLUMNS: [&str; 2] = ["height_m", "velocity_m_s"];
 /// State columns of a throw in a plane.
 const PLANE: [&str; 4] = ["x_m", "z_m", "velocity_x_m_s", "velocity_z_m_s"];

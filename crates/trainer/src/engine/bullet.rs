@@ -1,4 +1,4 @@
-//! PyBullet's stepping scheme as an engine that nets correct.
+//! PyBullet's time-stepping scheme for a ball, as an engine whose steps nets correct.
 
 use super::ball::{COLUMNS, RESTITUTION_SPREAD};
 use super::motion::EngineModel;

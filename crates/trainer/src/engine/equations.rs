@@ -46,7 +46,7 @@ struct SerialisedEngine {
     implicit: bool,
     /// Standard deviation of the measurement noise of each output, in its unit.
     sensor_sd: Vec<f64>,
-    /// Text of the model file.
+    /// Text of the engine's model file.
     model: String,
     /// Widths of smoothed discontinuities; the key is the text of the argument that is smoothed.
     widths: BTreeMap<String, f64>,
@@ -69,7 +69,7 @@ impl EquationEngine {
         })
     }
 
-    /// Text of the model file.
+    /// Text of the engine's model file.
     pub fn model(&self) -> &str {
         &self.serialised.model
     }
@@ -79,7 +79,7 @@ impl EquationEngine {
         self.motion.system.model()
     }
 
-    /// Names of the actions: the inputs, the second derivatives of spline inputs, and the time.
+    /// Names of the action columns: inputs, second derivatives of spline inputs, and the time.
     pub fn action_columns(&self) -> &[String] {
         &self.motion.action_columns
     }

@@ -22,13 +22,13 @@ pub enum EngineError {
         /// The quantity that the effect depends on.
         what: &'static str,
     },
-    /// A model of pushing was given where one of a ball is needed.
+    /// The model is one of pushing, but the engine needs one of a ball.
     #[error("the model file describes pushing, but the run needs a thrown ball: give the model of a ball")]
     NotThrown,
     /// The text is no model of equations, or the model cannot be compiled.
     #[error(transparent)]
     Equations(#[from] Box<augsim_equations::ModelError>),
-    /// The text is no model file.
+    /// The text is no model file that can be read.
     #[error(transparent)]
     Model(#[from] Box<ModelError>),
 }

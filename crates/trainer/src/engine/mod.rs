@@ -34,7 +34,7 @@ pub enum Engine {
     Model(SystemEngine),
     /// The ball of a model file, thrown in a plane or in space.
     Throw(ThrowEngine),
-    /// A system of equations.
+    /// A system of equations, from a model file.
     #[serde(rename = "written")]
     Equations(EquationEngine),
 }

@@ -46,7 +46,7 @@ impl ModelPush {
         self.parameters[ROD_RADIUS_INDEX]
     }
 
-    /// Friction coefficient between object and support.
+    /// Friction coefficient between the pushed object and its support.
     /// Quasi-static motion does not depend on it; the nets' features use it for the coasting distance.
     pub fn support_friction(&self) -> f64 {
         self.parameters[SUPPORT_FRICTION_INDEX]

@@ -25,7 +25,7 @@ pub struct SystemEngine {
 struct SerialisedEngine {
     /// Time from one sample to the next, s; `None` where the actions include the time.
     step_s: Option<f64>,
-    /// Text of the model file.
+    /// Text of the engine's model file.
     model: String,
 }
 

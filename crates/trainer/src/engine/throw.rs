@@ -42,7 +42,7 @@ struct SerialisedEngine {
     room: ThrowAxes,
     /// Time from one sample to the next, s.
     step_s: f64,
-    /// Text of the model file.
+    /// Text of the engine's model file.
     model: String,
 }
 

@@ -28,7 +28,7 @@ const EXACT_SCALE: f64 = 1e-6;
 #[derive(Clone, Copy)]
 pub struct ConditionedForecaster<'m> {
     model: &'m dyn Forecaster,
-    /// Maximum number of principal components of the observed rows.
+    /// Maximum number of principal components of the observed rows; 0 ignores all rows after the first.
     max_components: usize,
 }
 

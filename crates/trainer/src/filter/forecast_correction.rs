@@ -43,10 +43,10 @@ const CLIP: f64 = 10.0;
 const LEARNING_RATE: StepDecay = StepDecay { initial: 3e-3, factor: 0.5, every: ITERATIONS / 8 };
 /// Candidate shrinkage factors of the correction; 0 keeps the median of the uncorrected forecast.
 const SHRINKAGE_FACTORS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
-/// Share of the typical spread that is added to the spread of the samples.
+/// Share of the column's typical spread that is added to the samples' spread in the unit of corrections.
 /// Samples that agree can all be wrong, so their spread alone would give a unit of zero.
 const TYPICAL_SPREAD_SHARE: f64 = 0.1;
-/// Bound of the standardised features: values beyond it were never trained on.
+/// Bound of the standardised features: the net was not trained on values beyond it.
 const FEATURE_BOUND: f64 = 6.0;
 /// Number of features per state column, and number of additional features per row.
 const FEATURES_PER_COLUMN: usize = 3;
@@ -285,7 +285,7 @@ fn train_net(
     Ok(())
 }
 
-/// Another model's forecasts with the learned correction applied.
+/// Forecasts of another model with the learned correction applied.
 #[derive(Clone, Copy)]
 pub struct CorrectedForecaster<'a> {
     model: &'a dyn PrefixForecaster,

@@ -17,7 +17,7 @@ use augsim_tensor::{Scalar, Tape, TensorError, Var};
 
 /// Number of hidden units of the GRU.
 const HIDDEN_WIDTH: usize = 16;
-/// Degrees of freedom of Student's t.
+/// Degrees of freedom of the Student's t distribution in the loss.
 /// About one trajectory in ten has a very large error. The heavy tails keep it from dominating the fit.
 const DEGREES_OF_FREEDOM: f64 = 2.0;
 /// Minimum scale of the Student's t distribution, in the units of the corrections.

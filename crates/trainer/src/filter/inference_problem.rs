@@ -2,10 +2,10 @@
 
 use augsim_system::{Offsets, Record, Seed, Simulate, Simulated, Task};
 
-/// A scalar that is estimated for each trajectory.
+/// A scalar quantity that is estimated for each trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Unknown {
-    /// Place of the unknown in the simulation: a parameter, an initial state or an event offset.
+    /// What is unknown: a parameter, an initial state, or the random deviation (offset) of an event.
     pub seed: Seed,
     /// Mean and standard deviation of the unknown's normal prior; `None` for a flat prior.
     pub prior: Option<(f64, f64)>,
@@ -19,7 +19,7 @@ pub(super) struct InferenceProblem<'a> {
     pub unknowns: &'a [Unknown],
     /// Parameter values of the system, in the order of its parameters.
     pub parameters: &'a [f64],
-    /// Whether all events share one offset.
+    /// Whether all events share one random deviation (offset) of the event parameter.
     pub has_shared_offset: bool,
     pub record: &'a Record,
     /// Observed rows `[n, C]` of C channels; NaN where not measured.

@@ -22,14 +22,14 @@ const MAX_DAMPING: f64 = 1e12;
 /// Number of rows of the first fit; each later fit uses twice as many.
 /// A rough initial velocity may lead far away over a long prefix, so fits start on a short one.
 const FIRST_FIT_ROWS: usize = 8;
-/// Initial values of event offsets, in standard deviations of their prior.
+/// Initial values of event offsets (random deviations), in standard deviations of their prior.
 /// Several are tried because the cost may have several minima.
 const OFFSET_STARTS: [f64; 5] = [0.0, -1.0, 1.0, -2.0, 2.0];
 
 /// A minimum of the cost (negative log posterior density) of a trajectory's unknowns.
 #[derive(Debug, Clone)]
 pub(super) struct Mode {
-    /// Values of the unknowns at the minimum.
+    /// Values of the unknowns at the minimum of the cost.
     pub values: Vec<f64>,
     /// Cost (negative log posterior density, up to a constant) at the minimum.
     pub cost: f64,

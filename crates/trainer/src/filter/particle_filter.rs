@@ -42,7 +42,7 @@ const MAX_TEMPERING_STEPS: usize = 40;
 /// 55 exact rows of a falling ball the 90 % band held 82 %.
 const SHARED_STATE_TOLERANCE: f64 = 0.1;
 
-/// A particle filter of one trajectory.
+/// A particle filter over the observed rows of one trajectory.
 /// Two filters with the same transition model, seed and rows give identical bytes.
 pub struct Filter<'m> {
     model: Box<dyn TransitionModel + 'm>,
@@ -65,7 +65,7 @@ pub struct Filter<'m> {
     /// Number of first rows after which all particles had one state, and that state.
     /// These rows are not simulated again when latents are moved.
     shared_state: (usize, Gaussian),
-    /// Whether all particles still have one state.
+    /// Whether all particles still have the same state.
     is_shared: bool,
     /// Whether the latents include the initial state.
     has_initial_state_latents: bool,

@@ -9,7 +9,7 @@ use crate::{Forecaster, NetModel, SAMPLES, Samples, Task, TrainerError};
 use augsim_data::random_stream;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Settings of a filter run.
+/// Settings of a filter run: numbers of particles and samples, and kind of the rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FilterSettings {
     /// Number of particles of the filter.
@@ -67,7 +67,7 @@ impl<'a> Prefix<'a> {
     }
 }
 
-/// A model that forecasts after an observed prefix.
+/// A model that forecasts after an observed prefix (the first rows of a trajectory).
 /// It has access to its [`Prefix`] and to no later row.
 pub trait PrefixForecaster: Sync {
     /// Forecasts `[time - n, S, sample]` after the first n rows, for every n of `lengths`.

@@ -19,7 +19,7 @@ const MIN_SD: f64 = 1e-6;
 /// Number of measurements in excess of the unknowns that are needed to estimate the noise.
 const MIN_SPARE_READINGS: usize = 8;
 
-/// A forecaster after observed prefixes that samples the posterior of a system's unknowns.
+/// A forecaster that samples the posterior of a system's unknowns, given the observed first rows.
 #[derive(Debug, Clone)]
 pub struct SystemFilter {
     system: Arc<dyn Prepare>,

@@ -38,7 +38,7 @@ const WHITENING_EXPONENTS: [f64; 3] = [0.0, 0.5, 1.0];
 const LENGTH_SCALES: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
 /// Candidate ridges (variance not explained by the observed components), in the kernel's unit.
 const RIDGES: [f64; 3] = [0.003, 0.03, 0.3];
-/// Weight of the linear part of the kernel.
+/// Weight of the linear part of kernel (1).
 const LINEAR_WEIGHT: f64 = 1.0;
 
 /// Forecasts repeated trajectories by Gaussian-process regression on past ones, after prefixes of given lengths.
@@ -121,7 +121,7 @@ impl TrajectoryRegression {
 }
 
 /// Computes the principal directions of rows, `[component, width]`, and their variances, largest first.
-/// At most `most` of them, with variances above `least`; the first is always kept.
+/// At most `most` of them, with variances above `least`; the first is kept whatever its variance.
 pub(super) fn components(rows: &[&[f64]], most: usize, least: f64) -> Option<(Vec<Vec<f64>>, Vec<f64>)> {
     let width = rows.first()?.len();
     let x = Mat::from_fn(rows.len(), width, |i, j| rows[i][j]);

@@ -1,4 +1,4 @@
-//! Normalisation and resampling of particle weights, and the effective sample size.
+//! Normalises and resamples particle weights, and computes the effective sample size.
 
 use rand::RngExt;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -33,7 +33,7 @@ pub(super) fn resample(log: &[f64], count: usize, rng: &mut Xoshiro256PlusPlus) 
     chosen
 }
 
-/// Normalises log weights to weights with a sum of 1, into `shares`.
+/// Converts log weights to weights with a sum of 1, written to `shares`.
 pub(super) fn normalise_into(log: impl Iterator<Item = f64>, shares: &mut Vec<f64>) {
     shares.clear();
     shares.extend(log);
@@ -43,7 +43,7 @@ pub(super) fn normalise_into(log: impl Iterator<Item = f64>, shares: &mut Vec<f6
     shares.iter_mut().for_each(|w| *w /= total);
 }
 
-/// Normalises log weights to weights with a sum of 1.
+/// Converts log weights to weights with a sum of 1.
 pub(super) fn shares(log: &[f64]) -> Vec<f64> {
     let mut shares = Vec::with_capacity(log.len());
     normalise_into(log.iter().copied(), &mut shares);

@@ -26,7 +26,7 @@ pub(super) struct Contact {
 pub(super) struct ContactOffset<S> {
     /// Shift of the contact point along the object's side, m.
     pub shift: S,
-    /// Rotation of the contact normal, rad.
+    /// Rotation of the contact normal from that of the outline, rad.
     pub turn: S,
 }
 

@@ -137,7 +137,7 @@ impl FrictionModel {
     }
 }
 
-/// Friction models of the samples of a roll-out, one per lane.
+/// Friction models of a roll-out's samples, one per lane.
 struct ModelPerLane<'a> {
     contact: &'a Contact,
     models: Vec<FrictionModel>,

@@ -1,4 +1,4 @@
-//! Gaussian processes for the residual of the contact model.
+//! Gaussian processes for the residual (actual - predicted motion) of the contact model of pushing.
 //!
 //! Fazeli, Zapolsky, Drumwright, Rodriguez 2017, for impacts; here for pushing.
 //!
@@ -117,7 +117,7 @@ fn contact_stride(push: &ModelPush, pose: &[f64; 3], stride: &Stride<'_>) -> Opt
     (travel_m > 1e-4).then_some(ContactStride { input, normal, travel_m, physical })
 }
 
-/// Rotates a vector from the contact frame to the object's frame.
+/// Rotates a vector from the frame of the contact normal to the object's frame.
 fn to_object_frame(normal: f64, [n, t]: [f64; 2]) -> [f64; 2] {
     let (sin, cos) = normal.sin_cos();
     [cos * n - sin * t, sin * n + cos * t]

@@ -51,11 +51,11 @@ use vrnn::Vrnn;
 /// Default sizes and learning rate of a model class.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Defaults {
-    /// Number of units of each hidden layer.
+    /// Default number of units of each hidden layer.
     pub hidden: usize,
-    /// Lower bound that is added to learned standard deviations, in units of the targets.
+    /// Default lower bound that is added to learned standard deviations, in units of the targets.
     pub sd_floor: f64,
-    /// Initial learning rate; it is halved every eighth of the iterations.
+    /// Default initial learning rate; it is halved every eighth of the iterations.
     pub learning_rate: f64,
 }
 
@@ -147,7 +147,7 @@ pub trait Learned {
         tile: Tile<'_, T>,
     ) -> Result<LossVars, TensorError>;
 
-    /// Samples `samples` trajectories for a task.
+    /// Draws `samples` trajectories from the forecast of a task.
     fn forecast(&self, trained: Trained<'_>, task: Task<'_>, samples: usize)
     -> Result<Samples, TrainerError>;
 }
@@ -162,12 +162,12 @@ pub trait Fitted: Debug + Send + Sync {
         false
     }
 
-    /// Fits the parameters; returns them with the mean square residual.
+    /// Fits the parameters to a training set; returns them with the mean square residual.
     ///
     /// They are in the order of [`parameters`](Self::parameters).
     fn fit(&self, settings: &Settings, train: &Sequences) -> Result<(Vec<f64>, f64), TrainerError>;
 
-    /// Samples `samples` trajectories for a task.
+    /// Draws `samples` trajectories from the forecast of a task.
     fn forecast(&self, trained: Trained<'_>, task: Task<'_>, samples: usize)
     -> Result<Samples, TrainerError>;
 }
@@ -188,7 +188,7 @@ pub struct FittedNet(Option<Arc<dyn Fitted>>);
 /// Defines the enum [`LearnedNet`] and dispatches the methods of [`Learned`] to its variants.
 macro_rules! learned {
     ($($variant:ident($net:ty),)*) => {
-        /// A net that is trained by gradients.
+        /// A net of a league class that is trained by gradients, one variant per class.
         #[derive(Debug, Clone)]
         pub enum LearnedNet {
             $($variant($net),)*
@@ -312,7 +312,7 @@ impl FittedNet {
         self.0.as_deref().ok_or_else(|| crate::Difference::OtherSystem.into())
     }
 
-    /// Fits the parameters to a training set; returns the mean square residual.
+    /// Fits the parameters of a directly fitted model to a training set; returns the mean square residual.
     pub(crate) fn fit(
         &self,
         settings: &Settings,

@@ -53,7 +53,7 @@ struct Scene {
     outline: Vec<[f64; 2]>,
     table: Vec<[f64; 2]>,
     rod_radius_m: f64,
-    /// Unit of the lengths that the net reads, m.
+    /// Unit c of the lengths that the net reads, m.
     c_m: f64,
 }
 
@@ -82,7 +82,7 @@ impl Scene {
         }
     }
 
-    /// Iterates over all points with their owners, for the rod at `rod`.
+    /// Iterates over all points with what they belong to, for the rod at position `rod`.
     fn points(&self, rod: [f64; 2]) -> impl Iterator<Item = (Owner, [f64; 2])> + '_ {
         let rim = (0..ROD_POINTS).map(move |k| {
             let angle = TAU * k as f64 / ROD_POINTS as f64;

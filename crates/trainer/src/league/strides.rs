@@ -30,7 +30,7 @@ const PUSH_FEATURES: usize = 9;
 /// Number of additional features of a stride (segment of a push) with physics.
 const PHYSICS_FEATURES: usize = 6;
 
-/// Samples the correction of one step, for many trajectories at once.
+/// A model that samples the correction of one step, for many trajectories at once.
 pub(crate) trait CorrectionSampler {
     /// Writes sampled corrections `[S, lane]`, in units of the targets, for features `u [U, lane]`.
     fn sample(&mut self, u: &[f32], rng: &mut Xoshiro256PlusPlus, out: &mut [f32]);
@@ -336,7 +336,7 @@ impl Stride<'_> {
     }
 }
 
-/// Fraction of a stride's travel before the rod touches the resting object.
+/// Fraction of a stride's rod travel before the rod touches the resting object.
 ///
 /// 0 if they are in contact from the start, or never.
 pub(crate) fn travel_before_contact(push: &ModelPush, pose: &[f64; 3], stride: &Stride<'_>) -> f64 {
@@ -349,7 +349,7 @@ pub(crate) fn travel_before_contact(push: &ModelPush, pose: &[f64; 3], stride: &
     if gap > 0.0 && gap < 0.99 * approach { gap / approach } else { 0.0 }
 }
 
-/// Splits rod positions `[time, (x, y, t)]` into strides.
+/// Splits rod positions `[time, (x, y, t)]` into strides (segments of a push).
 ///
 /// A stride ends at the first sample at which the rod has travelled [`STRIDE_M`], or at the end of the push.
 pub(crate) fn split_into_strides(actions: &[f64]) -> Vec<Stride<'_>> {

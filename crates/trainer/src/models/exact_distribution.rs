@@ -12,7 +12,7 @@ use augsim_physics::ball::drop_distribution::DropDistribution;
 pub struct ExactDistribution {
     /// Distribution that generated the drops: random restitution, and the ball.
     pub law: DropDistribution,
-    /// Seed of the random restitutions.
+    /// Seed of the random draws of restitutions.
     pub seed: u64,
 }
 

@@ -45,7 +45,7 @@ enum StepNoise {
 }
 
 impl NetModel {
-    /// Rebuilds the net from a saved state.
+    /// Rebuilds the net from a saved training state.
     ///
     /// # Errors
     /// [`TrainerError::Mismatch`] if the state is inconsistent.
@@ -128,7 +128,7 @@ impl NetModel {
         Self::new(state)
     }
 
-    /// Copies the net with another seed for the random streams of its forecasts.
+    /// Copies the net with another seed for the random draws of its forecasts.
     ///
     /// # Errors
     /// As [`NetModel::new`].

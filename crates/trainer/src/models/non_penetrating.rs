@@ -21,7 +21,7 @@ pub struct NonPenetrating<'a, F> {
 }
 
 impl<'a, F: Forecaster> NonPenetrating<'a, F> {
-    /// Wraps `model`, which forecasts pushes of `engine`.
+    /// Wraps the forecaster `model`, which forecasts pushes that `engine` simulates.
     ///
     /// # Errors
     /// [`TrainerError::Mismatch`] if the engine is not one of pushing.

@@ -15,7 +15,7 @@ pub struct ScatteredBall {
     pub sd: f64,
     /// Whether the restitution is drawn per trajectory or per event (bounce).
     pub per: ScatterPer,
-    /// Seed of the random restitutions.
+    /// Seed of the random draws of restitutions.
     pub seed: u64,
 }
 

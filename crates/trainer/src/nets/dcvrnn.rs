@@ -28,7 +28,7 @@ pub enum Decoder {
 /// Sizes of a [`Dcvrnn`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DcvrnnSizes {
-    /// Number of state columns, the width of x_t.
+    /// Number of state columns, the width of the target x_t.
     pub state: usize,
     /// Width of the condition u_t.
     pub condition: usize,
@@ -56,7 +56,7 @@ pub struct Extractors {
 }
 
 impl Extractors {
-    /// The paper's extractors for pushing.
+    /// Layer widths of the paper's feature extractors for pushing.
     pub const PUSH: Extractors = Extractors { x: &[32, 16], u: &[32, 16], z: &[16] };
 }
 
@@ -97,12 +97,12 @@ pub(super) struct GenerativeParts<'a> {
 }
 
 impl Dcvrnn {
-    /// Registers the parameters of a net without feature extractors.
+    /// Creates a net without feature extractors and registers its parameters.
     pub fn new<T: Scalar>(params: &mut Params<T>, s: DcvrnnSizes) -> Self {
         Self::with_extractors(params, s, Extractors::default())
     }
 
-    /// Registers the parameters of a net with feature extractors, named `phi_x.0.weight` and so on.
+    /// Creates a net with feature extractors and registers its parameters (`phi_x.0.weight` and so on).
     pub fn with_extractors<T: Scalar>(params: &mut Params<T>, s: DcvrnnSizes, phi: Extractors) -> Self {
         let mut extractor = |name: &str, inputs: usize, widths: &[usize]| {
             let layers: Vec<usize> = std::iter::once(inputs).chain(widths.iter().copied()).collect();
@@ -132,7 +132,7 @@ impl Dcvrnn {
         self.sizes
     }
 
-    /// Layers that a forecast uses: prior and decoder.
+    /// Returns the layers that a forecast uses: those of prior and decoder.
     pub(super) fn generative_parts(&self) -> GenerativeParts<'_> {
         let (prior, prior_head) = &self.prior;
         let (mean, std) = (self.decoder_mean, self.decoder_std);
@@ -322,7 +322,8 @@ fn draw<T: Scalar>(tape: &mut Tape<T>, g: Gaussian, eps: Var) -> Result<Var, Ten
     tape.add(g.mean, noise)
 }
 
-/// Records the negative log-likelihood of x without constant terms; `sd` is `None` if it is fixed to 1.
+/// Records the negative log-likelihood of the target x without constant terms.
+/// `sd` is `None` if it is fixed to 1.
 fn negative_log_likelihood<T: Scalar>(
     tape: &mut Tape<T>,
     x: Var,

@@ -20,7 +20,7 @@ use crate::settings::{Correction, Settings};
 use augsim_nn::{Bound, Params};
 use augsim_tensor::{Scalar, Tape, TensorError};
 
-/// The net of a [`Recipe`].
+/// The net of a recipe ([`Recipe`]), in one of three architectures.
 #[derive(Debug, Clone)]
 pub enum Net {
     /// The DCVRNN, for the recipes Neural, Hybrid and Hybrid-std.

@@ -69,7 +69,7 @@ impl DcvrnnSampler {
         }
     }
 
-    /// Resets the recurrent states to the start of a trajectory.
+    /// Resets the hidden states of the GRUs to the start of a trajectory.
     pub fn reset(&mut self) {
         self.prior.0.reset();
         self.decoder.reset();

@@ -21,7 +21,7 @@ pub struct StepRunner {
 }
 
 impl StepRunner {
-    /// Creates the decoder of `net` for `lanes` steps at once.
+    /// Creates a runner of the decoder of `net`, for `lanes` physics steps at once.
     pub fn new(net: &Stepwise, params: &Params<f32>, lanes: usize) -> Self {
         let sizes = net.sizes();
         let (step, head, shifts) = net.decoder();
@@ -41,7 +41,7 @@ impl StepRunner {
         self.lanes
     }
 
-    /// Buffers to fill with features `[U, lane]` and latents `[L, lane]` before [`run`](Self::run).
+    /// Input buffers: fill features `[U, lane]` and latents `[L, lane]` before [`run`](Self::run).
     pub fn input(&mut self) -> (&mut [f32], &mut [f32]) {
         self.input.split_at_mut(self.condition * self.lanes)
     }

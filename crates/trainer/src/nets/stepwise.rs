@@ -273,7 +273,7 @@ impl Stepwise {
     }
 }
 
-/// Records the regression coefficient `[1, 1, lanes]` of `x [time, S, lanes]` on `sensitivity`.
+/// Records the regression coefficient `[1, 1, lanes]` of `x [time, S, lanes]` on `sensitivity`, per trajectory.
 fn regression<T: Scalar>(tape: &mut Tape<T>, x: Var, sensitivity: Var) -> Result<Var, TensorError> {
     let mut sum = |a: Var, b: Var| -> Result<Var, TensorError> {
         let product = tape.mul(a, b)?;

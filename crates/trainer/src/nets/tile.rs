@@ -78,7 +78,7 @@ pub(crate) fn mask_of<T: Scalar>(tape: &mut Tape<T>, tile: &Tile<'_, T>) -> Resu
     tape.constant(&[tile.time, 1, tile.lanes], tile.mask).map(Some)
 }
 
-/// Repeats each value for all lanes: `[row]` to `[row, lane]`.
+/// Repeats each value for all lanes (trajectories): `[row]` to `[row, lane]`.
 pub(crate) fn repeat_lanes(values: &[f32], lanes: usize) -> Vec<f32> {
     values.iter().flat_map(|v| std::iter::repeat_n(*v, lanes)).collect()
 }

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Indices of the fitted parameters in the model.
+/// Indices of the fitted parameters among the model's parameters.
 const FITTED_INDICES: [usize; 3] = [C_INDEX, CONTACT_FRICTION_INDEX, ROD_RADIUS_INDEX];
 /// Settings of the fit; steps are in logarithms of the parameters.
 const FIT: LevenbergMarquardt =
@@ -33,7 +33,7 @@ pub struct Estimate {
     pub ci95: [f64; 2],
 }
 
-/// The result of a calibration.
+/// Result of a calibration: the fitted model and the estimates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
     /// The pushing model with the fitted parameter values.
@@ -54,7 +54,7 @@ fn residuals(engine: &ModelPush, weight_m: f64, q: &Sequence) -> Block {
     rows.flat_map(|(p, s)| [p[0] - s[0], p[1] - s[1], weight_m * (p[2] - s[2])]).collect()
 }
 
-/// Fits c, contact friction and rod radius to measured pushes.
+/// Fits the ratio c, the contact friction and the rod radius to measured pushes.
 /// The part of a sequence's identifier before an `@` names its recording.
 ///
 /// # Errors

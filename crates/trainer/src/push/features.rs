@@ -19,7 +19,7 @@ use augsim_physics::push::planar::Rotation;
 use augsim_physics::push::{GRAVITY_M_S2, Instant, Mode, Pose};
 use rayon::prelude::*;
 
-/// Bound of the standardised features: values beyond it were never trained on.
+/// Bound of the standardised features: the net was not trained on values beyond it.
 const FEATURE_BOUND: f64 = 6.0;
 /// Expected deviation from the roll-out before anything has moved, in units of c: the measurement noise.
 const NOISE_DEVIATION: f64 = 0.03;
@@ -35,7 +35,7 @@ pub(crate) struct Condition {
     pub time: usize,
     /// Number of features per row of `u`.
     pub width: usize,
-    /// Features `[time, width]`, not standardised.
+    /// Features `[time, width]`, not yet standardised.
     pub u: Vec<f64>,
     frame: StartFrame,
     /// Reference pose at each sample, which is subtracted from the measured pose to give the target; in `frame`.

@@ -143,7 +143,7 @@ struct FitOptions {
     steps: usize,
 }
 
-/// Maximises the likelihood by Adam on the log parameters and returns the best process visited.
+/// Maximises the likelihood by Adam on the log parameters; returns the best process of all steps.
 fn optimise<const D: usize>(
     start: Kernel<D>,
     inputs: &Inputs<D>,

@@ -16,7 +16,7 @@ pub use frame::StartFrame;
 pub use gp_push::{GpOptions, GpPush};
 pub use sequences::{Subsampling, pushes, windows};
 
-/// State columns of a push.
+/// State columns of a push: pose of the object.
 pub const STATES: [&str; 3] = ["x_m", "y_m", "theta_rad"];
-/// Action columns of a push; `t_s` is the time of the sample.
+/// Action columns of a push: position of the rod, and `t_s`, the time of the sample.
 pub const ACTIONS: [&str; 3] = ["pusher_x_m", "pusher_y_m", "t_s"];

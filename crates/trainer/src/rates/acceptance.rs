@@ -22,11 +22,11 @@ use augsim_nn::Params;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-/// Candidate shrinkage factors of the mean corrections; the first is the physics alone.
+/// Candidate shrinkage factors of the mean corrections; 0 means physics without corrections.
 const CANDIDATE_GAINS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
-/// Candidate factors of the predicted standard deviations.
+/// Candidate factors that multiply the predicted standard deviations of the corrections.
 const CANDIDATE_SPREADS: [f64; 7] = [0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
-/// Candidate correlation times of the random corrections, in intervals.
+/// Candidate correlation times of the random part of the corrections, in sample intervals.
 const CANDIDATE_MEMORIES: [f64; 3] = [0.0, 10.0, 100.0];
 /// Number of trajectories simulated for each candidate.
 const SAMPLES_PER_CANDIDATE: usize = 16;
@@ -35,7 +35,7 @@ const SAMPLES_PER_CANDIDATE: usize = 16;
 const MIN_LOG_DECREASE: f64 = 0.02;
 /// Horizons at which short runs are scored, in intervals.
 const HORIZONS: [usize; 3] = [1, 10, 100];
-/// Number of short runs, number of long runs, and maximum number of intervals of a long run.
+/// Number of short free runs. The two constants below: number of long runs, and their maximum length in intervals.
 const SHORT_RUNS: usize = 48;
 const LONG_RUNS: usize = 4;
 const MAX_LONG_RUN: usize = 4000;

@@ -13,7 +13,7 @@ const FEATURE_BOUND: f64 = 6.0;
 /// Factor by which small state values are magnified in the compressed feature of a state.
 /// A twentieth of its spread stays visible around 0, where friction changes sign.
 const ZERO_MAGNIFICATION: f64 = 20.0;
-/// Number of features per state, and per input.
+/// Number of features (net inputs) per state; the next constant is that per input of the system.
 const FEATURES_PER_STATE: usize = 3;
 const FEATURES_PER_INPUT: usize = 2;
 
@@ -38,7 +38,7 @@ pub(crate) struct Units<'a> {
     pub mean: &'a [f64],
     /// Unit of the predicted standard deviations in a forecast: the target unit times the spread factor.
     pub deviation: &'a [f64],
-    /// Correlation time of the random corrections in a forecast, in intervals.
+    /// Correlation time of the random part of the corrections in a forecast, in sample intervals.
     pub correlation_intervals: f64,
 }
 
@@ -55,11 +55,11 @@ impl<'a> Units<'a> {
 /// How much of a net's corrections is applied: factors of their means and of their random part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CorrectionShrinkage {
-    /// Shrinkage factor of the mean corrections; 0 leaves the physics alone.
+    /// Shrinkage factor of the mean corrections; 0 applies no correction to the physics.
     pub gain: f64,
     /// Factor of the predicted standard deviations of the corrections.
     pub spread: f64,
-    /// Correlation time of the random corrections, in intervals; 0 makes them independent.
+    /// Correlation time of the random part of the corrections, in sample intervals; 0 means independent.
     pub correlation_intervals: f64,
 }
 
