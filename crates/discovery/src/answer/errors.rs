@@ -16,30 +16,32 @@ use crate::score::Scored;
 use crate::search::{Search, SearchResult, refit_on, repeat_choice};
 use rayon::prelude::*;
 
-/// Number of cross-validation folds.
+/// Number of folds of the cross-validation, where there are too few records to hold some out.
 pub(crate) const FOLDS: usize = 5;
 
 /// Prediction errors on data that no decision used.
 pub(crate) struct Errors {
     pub lists: ForecastErrors,
-    /// Kinds that were found without each fold; empty where records were held out.
+    /// Names of the effects that were found without each fold, `[fold][effect]`; empty where records were
+    /// held out.
     pub folds: Vec<Vec<String>>,
-    /// Errors of free runs of whole recordings: calibrated, augmented.
+    /// Errors of simulations of whole recordings: calibrated, augmented model. `None` if there are none.
     pub free_run: Option<[f64; 2]>,
 }
 
-/// Sums of squared errors and numbers of samples by channel, of the calibrated and the augmented model.
+/// For the calibrated and the augmented model: sum of squared errors and number of samples of each channel.
 type Sums = [Vec<(f64, f64)>; 2];
 
-/// Predictions of one part of the data by fits that have not used it.
+/// Prediction errors on one part of the data, by fits that have not used it.
 struct Predicted {
     lists: ForecastErrors,
-    /// Sums of squared errors of free runs, by channel.
+    /// Sums of squared errors of simulations of whole recordings; `None` if there are none.
     free_runs: Option<Sums>,
     found: Vec<String>,
 }
 
-/// Errors of the fits (calibrated, augmented) on the held-out records, or of the procedure on folds.
+/// Measures prediction errors on the held-out records, or by cross-validation if no records were held out.
+/// The fits are those of the calibrated model and of the set with index `best`.
 pub(crate) fn measure_errors(
     prepared: &Prepared,
     joined: usize,
@@ -77,14 +79,14 @@ pub(crate) fn measure_errors(
     out
 }
 
-/// Errors of the fits (calibrated, augmented) on `records`, without refits.
+/// Measures prediction errors of the fits (calibrated, augmented) on `records`, without refits.
 pub(crate) fn errors_of_fits(prepared: &Prepared, records: &[usize], fits: [&Fit; 2], seed: u64) -> Errors {
     let predicted = predicted(prepared, records, fits, seed);
     Errors { lists: predicted.lists, folds: Vec::new(), free_run: means(&[predicted.free_runs]) }
 }
 
-/// Records of each fold: every fifth of each group, by order. A single record of a group is in no fold,
-/// because without it nothing is known about the group.
+/// Records of each cross-validation fold: every fifth record, by order. The only record of a group is in no
+/// fold, because without it nothing is known about the group.
 fn folds(prepared: &Prepared) -> Vec<Vec<usize>> {
     let data = &prepared.data;
     let group = |j: usize| data.records[j].data.group;
@@ -94,7 +96,7 @@ fn folds(prepared: &Prepared) -> Vec<Vec<usize>> {
     (0..count).map(|f| records.iter().copied().skip(f).step_by(count).collect()).collect()
 }
 
-/// Predicts records by fits that have not used them.
+/// Predicts `records` by fits (calibrated, augmented) that have not used them.
 fn predicted(prepared: &Prepared, records: &[usize], [base, best]: [&Fit; 2], seed: u64) -> Predicted {
     let sample = prepared.sample(records);
     let with_nuisances = |f: &Fit| fit_nuisance(&sample, &f.hypothesis, &f.theta, &[]);
@@ -107,12 +109,15 @@ fn predicted(prepared: &Prepared, records: &[usize], [base, best]: [&Fit; 2], se
     Predicted { lists, free_runs, found: Vec::new() }
 }
 
-/// Mean squared residual of a window above which it is not predicted; infinite where every record counts.
+/// Mean squared residual, in units of the noise variance, above which a window is excluded from the prediction
+/// errors.
+///
+/// It is infinite, so that no window is excluded, unless the laws of the system are idealised.
 pub(crate) fn forecast_limit(prepared: &Prepared, best: &Fit) -> f64 {
     if prepared.data.is_idealised() { residuals::limit(best) } else { f64::INFINITY }
 }
 
-/// Sum over stretches, channel by channel.
+/// Sums squared errors and numbers of samples over segments, channel by channel.
 fn summed(stretches: Vec<Vec<(f64, f64)>>) -> Vec<(f64, f64)> {
     let add = |a: Vec<(f64, f64)>, b: Vec<(f64, f64)>| {
         a.iter().zip(&b).map(|(a, b)| (a.0 + b.0, a.1 + b.1)).collect()
@@ -120,14 +125,16 @@ fn summed(stretches: Vec<Vec<(f64, f64)>>) -> Vec<(f64, f64)> {
     stretches.into_iter().reduce(add).unwrap_or_default()
 }
 
-/// Errors of free runs over several parts; `None` if a part has none.
+/// Errors of whole-recording simulations over several parts of the data: calibrated, augmented model. `None`
+/// if a part has none.
 fn means(parts: &[Option<Sums>]) -> Option<[f64; 2]> {
     let parts: Option<Vec<&Sums>> = parts.iter().map(Option::as_ref).collect();
     let parts = parts.filter(|parts| !parts.is_empty())?;
     Some([0, 1].map(|model| mean_error(&summed(parts.iter().map(|part| part[model].clone()).collect()))))
 }
 
-/// Nuisances of all records, from those of the searched ones.
+/// Nuisances (initial states, record parameters, event offsets) of all records; those of the searched ones
+/// are in `set`.
 pub(crate) fn nuisances_of_all(prepared: &Prepared, set: &Fit) -> Vec<Vec<f64>> {
     let held_out = prepared.sample(&prepared.held_out);
     let held = fit_nuisance(&held_out, &set.hypothesis, &set.theta, &[]);

@@ -5,21 +5,22 @@ use crate::hypothesis::Hypothesis;
 use crate::record::Measured;
 use augsim_system::{Event, Per};
 
-/// Maximum number of groups for which an effect is offered with one value per group; more would be a
-/// description, not an effect.
+/// Maximum number of groups for which an effect is tried with one value per group. More would describe the
+/// data, not explain them.
 const MAX_GROUPS: usize = 20;
 
-/// Source of candidates.
+/// Source of the candidate effects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Family {
-    /// Effects of the library.
+    /// Effects that the library lists.
     Library,
-    /// Formulas of a grammar.
+    /// Formulas of the library's grammar.
     Grammar,
 }
 
-/// Candidates of a family that the data can support: each effect, with several groups also with one value
-/// per group, and, unless the user allows named effects only, groupwise values of declared parameters. Random effects are added by the search itself.
+/// Candidates of a family that the data can support. Each effect is tried, with several groups also with one
+/// value per group, and, unless the user allows named effects only, groupwise values of declared parameters.
+/// Random effects are added by the search itself.
 pub(crate) fn library_candidates(data: &Measured, family: Family) -> Vec<Addition> {
     let (system, records) = (&*data.system, data.system_records());
     let grouped = (2..=MAX_GROUPS).contains(&data.groups.len()) && data.groups.len() < data.records.len();
@@ -47,7 +48,7 @@ pub(crate) fn library_candidates(data: &Measured, family: Family) -> Vec<Additio
     out
 }
 
-/// Whether an addition can be added to a hypothesis.
+/// Whether `addition` can be added to the hypothesis `h`.
 pub(crate) fn can_join(addition: &Addition, h: &Hypothesis) -> bool {
     if h.additions.iter().any(|a| a == addition || a.excludes(addition)) {
         return false;
@@ -59,8 +60,8 @@ pub(crate) fn can_join(addition: &Addition, h: &Hypothesis) -> bool {
     !joins || h.additions.iter().any(|a| addition.acts_through(a))
 }
 
-/// Tabulated functions of one feature that varies in these data; `events` are the simulated events of the
-/// searched records.
+/// Candidate tabulated functions of one feature, for features that vary in these data. `events` are the
+/// simulated events of the searched records.
 pub(crate) fn table_candidates(data: &Measured, events: &[Vec<Event>]) -> Vec<Addition> {
     let tables = data.system.candidate_tables(&data.system_records(), events);
     tables.into_iter().filter_map(|table| Addition::table(&*data.system, table)).collect()

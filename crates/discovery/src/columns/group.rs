@@ -5,39 +5,41 @@ use crate::addition::Addition;
 use augsim_system::{Augment, Per, Polar, Start};
 use std::ops::Range;
 
-/// An addition at one grid point of its shape parameters (widths, thresholds, delays, periods).
+/// Columns of the linear problem for an addition at one grid point of its shape parameters (widths,
+/// thresholds, delays, periods).
 #[derive(Clone, Debug)]
 pub(crate) struct ColumnGroup {
     pub addition: Addition,
-    /// Parameter values at which the columns are computed.
+    /// Parameter values of the addition at which the columns are computed.
     pub point: Vec<f64>,
-    /// Its columns in the problem.
+    /// Range of the addition's columns in the linear problem.
     pub columns: Range<usize>,
     pub kind: ColumnKind,
 }
 
-/// Kind of a group's columns.
+/// What the columns of an addition contain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ColumnKind {
-    /// Derivatives with respect to its parameters, at their nulls.
+    /// Derivatives of the predictions with respect to the addition's parameters, at their null values.
     Slopes,
-    /// The change of the predictions at a point where the effect acts, and the derivatives there.
+    /// Change of the predictions at a point where the addition acts, and the derivatives there.
     Change,
-    /// Derivatives with respect to groupwise values of a declared parameter.
+    /// Derivatives of the predictions with respect to groupwise values of a declared parameter.
     Split,
-    /// Derivatives with respect to the parameters of an addition in the fitted set.
+    /// Derivatives of the predictions with respect to the parameters of an addition that the fitted set
+    /// contains.
     Fitted,
 }
 
 impl ColumnGroup {
-    /// Whether two groups can be in one set.
+    /// Whether the additions of two groups of columns can be in one set.
     pub fn is_compatible_with(&self, other: &Self) -> bool {
         !self.addition.excludes(&other.addition)
             && !other.addition.excludes(&self.addition)
             && self.addition != other.addition
     }
 
-    /// Whether these coefficients give parameter values within the allowed range.
+    /// Whether these coefficients of the columns give parameter values within the allowed range.
     pub fn is_feasible(&self, coefficients: &[f64]) -> bool {
         let Addition::Effect(listed, per) = &self.addition else { return true };
         let effect = &listed.effect;
@@ -58,7 +60,7 @@ impl ColumnGroup {
         }
     }
 
-    /// Initial values of a fit of the addition, from the coefficients of its columns.
+    /// Initial parameter values for a fit of the addition, from the coefficients of its columns.
     pub fn start(&self, coefficients: &[f64]) -> Vec<f64> {
         let Addition::Effect(listed, _) = &self.addition else { return coefficients.to_vec() };
         // Coefficients are offsets from the nulls, one for each group with groupwise values; shape
@@ -84,7 +86,7 @@ impl ColumnGroup {
     }
 }
 
-/// Points at which an addition is linearised: its nulls, with the shape parameters on their grids.
+/// Points at which an addition is linearised: its null values, with the shape parameters on their grids.
 pub(crate) fn null_points(system: &dyn Augment, addition: &Addition) -> Vec<Vec<f64>> {
     match addition {
         Addition::Effect(listed, _) if !addition.is_structural() => system.null_points(listed.index),
@@ -93,8 +95,8 @@ pub(crate) fn null_points(system: &dyn Augment, addition: &Addition) -> Vec<Vec<
     }
 }
 
-/// Points at which an addition acts and its change is computed as a whole: thresholds, and effects that are
-/// singular at their null.
+/// Points at which an addition acts and its whole change of the predictions is computed. There are such
+/// points for thresholds and for effects that are singular at their null values.
 pub(crate) fn acting_points(system: &dyn Augment, addition: &Addition) -> Vec<Vec<f64>> {
     let Addition::Effect(listed, Per::All) = addition else { return Vec::new() };
     let effect = &listed.effect;
@@ -104,7 +106,8 @@ pub(crate) fn acting_points(system: &dyn Augment, addition: &Addition) -> Vec<Ve
     system.scan_points(listed.index)
 }
 
-/// Values at which an effect is first simulated: its nulls, or near them where it is singular there.
+/// Parameter values at which an effect is first simulated: its null values, or near them where it is singular
+/// there.
 pub(crate) fn probe(effect: &augsim_system::Effect) -> Vec<f64> {
     if effect.first_simulated_at.is_empty() {
         effect.parameters.iter().map(|p| p.null).collect()

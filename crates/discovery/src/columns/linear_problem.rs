@@ -14,19 +14,20 @@ use augsim_linear::gram_of_rows;
 use augsim_system::{ModelTerm, Per};
 use rayon::prelude::*;
 
-/// Columns per simulation: more share the cost of the motion, but a SIMD pass has 32 lanes.
+/// Maximum number of columns per simulation. More share the cost of the motion, but a SIMD pass has 32 lanes.
 const BATCH_COLUMNS: usize = 32;
-/// Maximum number of columns: the sums of products of this many take as long as the simulations.
+/// Maximum number of columns of a linear problem. The sums of products of this many take as long as the
+/// simulations.
 const MAX_COLUMNS: usize = 300;
-/// Minimum share of a column that must remain after projecting out the declared columns; less is rounding
-/// error.
+/// Minimum share of a column's sum of squares that must remain after projecting out the declared columns.
+/// Less is rounding error.
 pub(crate) const MIN_INDEPENDENT_SHARE: f64 = 1e-6;
-/// Sum of squares of a column beyond which its products with others overflow.
+/// Sum of squares of a column above which its products with others would overflow.
 const MAX_COLUMN_SQUARES: f64 = 1e100;
-/// Absolute cosine above which two columns are the same effect under two names.
+/// Absolute cosine of the angle between two columns above which they are the same effect under two names.
 const ALIAS_COSINE: f64 = 1.0 - 1e-9;
 
-/// Sums of products of one block: `J'J`, `J'r` and `r'r`.
+/// Sums of products over the rows of one block, for columns J and residuals r: `J'J`, `J'r` and `r'r`.
 #[derive(Clone, Debug)]
 pub(crate) struct BlockSums {
     pub h: Square,
@@ -35,25 +36,25 @@ pub(crate) struct BlockSums {
 }
 
 impl BlockSums {
-    /// Sums of the columns `columns` alone.
+    /// Restricts the sums to the columns with these indices.
     pub fn sub(&self, columns: &[usize]) -> Self {
         Self { h: self.h.sub(columns), g: columns.iter().map(|&c| self.g[c]).collect(), c: self.c }
     }
 
-    /// Sums with the residuals that remain at the coefficients `x`.
+    /// Sums with the residuals that remain when the columns have the coefficients `x`.
     pub fn at_coefficients(&self, x: &[f64]) -> Self {
         let explained = |i: usize| x.iter().enumerate().map(|(j, x)| self.h.at(i, j) * x).sum::<f64>();
         let g = self.g.iter().enumerate().map(|(i, g)| g - explained(i)).collect();
         Self { h: self.h.clone(), g, c: self.c - self.h.cost_decrease(&self.g, x) }
     }
 
-    /// Sums with the residuals multiplied by `sign`.
+    /// Sums with the residuals multiplied by `sign`, which is 1 or -1.
     pub fn with_sign(&self, sign: f64) -> Self {
         Self { h: self.h.clone(), g: self.g.iter().map(|g| sign * g).collect(), c: self.c }
     }
 }
 
-/// Sum over all blocks.
+/// Adds up the sums of products of all blocks.
 pub(crate) fn sum_blocks(blocks: &[BlockSums]) -> BlockSums {
     let n = blocks.first().map_or(0, |b| b.g.len());
     let mut sum = BlockSums { h: Square::zero(n), g: vec![0.0; n], c: 0.0 };
@@ -65,26 +66,26 @@ pub(crate) fn sum_blocks(blocks: &[BlockSums]) -> BlockSums {
     sum
 }
 
-/// The linear problem at a fit.
+/// Predictions near a fit as a linear problem, with columns for declared parameters and candidates.
 pub(crate) struct LinearProblem {
-    /// Columns of the declared parameters that are not at a bound; every set contains them.
+    /// Indices of the columns of the declared parameters that are not at a bound; every set contains them.
     pub declared: Vec<usize>,
     pub groups: Vec<ColumnGroup>,
-    /// Numbers of the groups that represent the fitted set.
+    /// Indices of the groups of columns that represent the additions of the fitted set.
     pub fitted: Vec<usize>,
     pub blocks: Vec<BlockSums>,
-    /// Number of residuals.
+    /// Number of residuals (measured samples) in all blocks.
     samples: f64,
-    /// Share of them that are independent.
+    /// Share of the residuals that are independent.
     independent: f64,
     width: usize,
 }
 
-/// Columns of each window, row-major.
+/// Values of some columns, `[window]`, stored by rows within each window.
 type Columns = Vec<Vec<f64>>;
 
 impl LinearProblem {
-    /// The problem at a fitted set with the candidates `library`.
+    /// Creates the linear problem at the fitted set `set`, with the candidates `library`.
     pub fn new(sample: &ChosenRecords<'_>, blocks: &Blocks, set: &Scored, library: &[Addition]) -> Self {
         let places = FitWindows::new(sample, &set.fit);
         let rows = places.rows(blocks);
@@ -95,7 +96,7 @@ impl LinearProblem {
         builder.finish(blocks.count, set.evidence.independence.share)
     }
 
-    /// Block sums with the residuals that remain after a fit of these columns.
+    /// Sums of products by block, with the residuals that remain after a least-squares fit of these columns.
     pub fn residual_sums(&self, columns: &[usize]) -> Vec<BlockSums> {
         let BlockSums { h, g: mut x, .. } = sum_blocks(&self.blocks).sub(columns);
         h.cholesky().solve(&mut x);
@@ -104,19 +105,19 @@ impl LinearProblem {
         self.blocks.iter().map(|block| block.at_coefficients(&coefficients)).collect()
     }
 
-    /// Distances of coefficients from their nulls; 0 for the declared parameters, which come first and have
-    /// no null.
+    /// Distances of coefficients from their null values. They are 0 for the declared parameters, which come
+    /// first and have no null value.
     pub fn distances_from_nulls(&self, coefficients: &[f64]) -> Vec<f64> {
         let declared = self.declared.len();
         coefficients.iter().enumerate().map(|(k, x)| if k < declared { 0.0 } else { *x }).collect()
     }
 
-    /// Half the number of independent residuals: converts the log of squared errors to nats.
+    /// Half the number of independent residuals, which converts a difference of log squared errors to nats.
     pub fn half_independent_samples(&self) -> f64 {
         0.5 * self.samples * self.independent
     }
 
-    /// Groups that are compatible with a set and not part of the fitted set.
+    /// Groups of columns that are compatible with those in `set` and not part of the fitted set.
     pub fn compatible_groups(&self, set: &[usize]) -> Vec<usize> {
         let is_compatible = |g: &usize| {
             let new = &self.groups[*g];
@@ -125,14 +126,14 @@ impl LinearProblem {
         (0..self.groups.len()).filter(is_compatible).collect()
     }
 
-    /// Columns of the declared parameters and of some groups.
+    /// Indices of the columns of the declared parameters and of the groups `groups`.
     pub fn columns_of(&self, groups: &[usize]) -> Vec<usize> {
         let of_groups = groups.iter().flat_map(|g| self.groups[*g].columns.clone());
         self.declared.iter().copied().chain(of_groups).collect()
     }
 }
 
-/// Builder of a linear problem.
+/// Builder of a linear problem from simulations of the candidates.
 struct ProblemBuilder<'a> {
     places: &'a FitWindows<'a>,
     rows: &'a Rows,
@@ -140,10 +141,11 @@ struct ProblemBuilder<'a> {
     declared: Vec<usize>,
     groups: Vec<ColumnGroup>,
     fitted: usize,
-    /// Columns so far, as batches: number of columns, and their values by window.
+    /// Columns so far, in batches: number of columns in the batch, and their values by window.
     pieces: Vec<(usize, Columns)>,
     width: usize,
-    /// Coefficient of each column of theta by which the fitted additions are removed from the residual.
+    /// For each column of theta: the distance from null by which fitted additions are removed from the
+    /// residual.
     shift: Vec<f64>,
 }
 
@@ -181,7 +183,7 @@ impl<'a> ProblemBuilder<'a> {
         }
     }
 
-    /// Candidates that can join the set or replace one of its additions.
+    /// Candidates in `library` that can join the fitted set or replace one of its additions.
     fn candidates<'l>(&self, library: &'l [Addition]) -> impl Iterator<Item = &'l Addition> {
         let h = self.at.fit.hypothesis.clone();
         let is_candidate = move |a: &&Addition| {
@@ -192,7 +194,7 @@ impl<'a> ProblemBuilder<'a> {
         library.iter().filter(is_candidate)
     }
 
-    /// Adds derivatives at the nulls of candidates, many in one simulation.
+    /// Adds columns with the derivatives at the null values of candidates, many in one simulation.
     fn add_slopes(&mut self, library: &[Addition]) {
         let system = &self.at.fit.hypothesis.system;
         let list: Vec<(&Addition, Vec<f64>)> = self
@@ -219,7 +221,7 @@ impl<'a> ProblemBuilder<'a> {
         done.into_iter().flatten().for_each(|(group, columns)| self.push(group, columns));
     }
 
-    /// Derivatives of one batch of candidates at their nulls.
+    /// Columns with the derivatives of one batch of candidates at their null values.
     fn slopes(&self, batch: &[(&Addition, Vec<f64>)]) -> Vec<(ColumnGroup, Columns)> {
         batch.iter().for_each(|_| self.places.sample.data.work.count_score());
         let h = &self.at.fit.hypothesis;
@@ -263,7 +265,8 @@ impl<'a> ProblemBuilder<'a> {
         out
     }
 
-    /// Separate columns for each group of the data, parameter by parameter.
+    /// Expands columns to separate columns for each group of records, parameter by parameter. Also returns
+    /// their number.
     fn by_group(&self, columns: Columns, width: usize) -> (Columns, usize) {
         let groups = self.places.sample.data.groups.len();
         let expand = |(w, values): (usize, Vec<f64>)| {
@@ -278,7 +281,8 @@ impl<'a> ProblemBuilder<'a> {
         (columns.into_iter().enumerate().map(expand).collect(), width * groups)
     }
 
-    /// Adds the changes by candidates at points where they act, each with the derivatives there.
+    /// Adds columns with the changes that candidates cause at points where they act, and the derivatives
+    /// there.
     fn add_changes(&mut self, library: &[Addition]) {
         let h = &self.at.fit.hypothesis;
         let list: Vec<(&Addition, Vec<f64>)> = self
@@ -305,7 +309,7 @@ impl<'a> ProblemBuilder<'a> {
         done.into_iter().flatten().for_each(|(group, columns)| self.push(group, columns));
     }
 
-    /// Adds groupwise values of declared parameters: the column of the parameter in each group but the
+    /// Adds columns for groupwise values of declared parameters: the parameter's column in each group but the
     /// first.
     fn add_splits(&mut self, library: &[Addition]) {
         let h = &self.at.fit.hypothesis;
@@ -336,7 +340,7 @@ impl<'a> ProblemBuilder<'a> {
         }
     }
 
-    /// Adds the columns of a group, if their values are finite.
+    /// Adds the columns of a group, unless a value is not finite or all are 0.
     fn push(&mut self, group: ColumnGroup, columns: Columns) {
         let count = group.columns.len();
         // Derivatives that grow without bound along a simulation have non-finite squares.
@@ -349,7 +353,7 @@ impl<'a> ProblemBuilder<'a> {
         self.width += count;
     }
 
-    /// Forms the sums of products by block.
+    /// Completes the linear problem: forms the sums of products by block and drops repeated columns.
     fn finish(mut self, blocks: usize, independent: f64) -> LinearProblem {
         self.keep_strongest();
         let n = self.width;
@@ -385,7 +389,7 @@ impl<'a> ProblemBuilder<'a> {
         problem
     }
 
-    /// Weighted rows of a window: all columns, and the residual of the declared model.
+    /// Weighted rows of a window: the values in all columns, and the residual without the fitted additions.
     fn window(&self, w: usize) -> Vec<f64> {
         let window = &self.rows.windows[w];
         let count = window.block_and_channel.len();
@@ -404,7 +408,7 @@ impl<'a> ProblemBuilder<'a> {
         out
     }
 
-    /// Keeps the candidates with the largest single gains, where there are too many columns.
+    /// If there are too many columns, keeps the candidates with the largest gains when added alone.
     fn keep_strongest(&mut self) {
         if self.width <= MAX_COLUMNS {
             return;
@@ -441,7 +445,8 @@ impl<'a> ProblemBuilder<'a> {
         self.width = next;
     }
 
-    /// Gain of a single candidate beside the fitted set.
+    /// Gain of a single candidate, with group index `g`, when added to the fitted set; 0 if its columns are
+    /// not independent.
     fn gain(&self, g: usize) -> f64 {
         let (count, columns) = &self.pieces[1 + g - self.fitted];
         let p = self.pieces[0].0;
@@ -472,7 +477,7 @@ impl<'a> ProblemBuilder<'a> {
 }
 
 impl LinearProblem {
-    /// Drops single columns that repeat an earlier one: the same effect under another name.
+    /// Drops groups of one column that repeats an earlier one: the same effect under another name.
     fn drop_aliases(&mut self) {
         let sum = sum_blocks(&self.blocks);
         let size = |c: usize| sum.h.at(c, c).sqrt();

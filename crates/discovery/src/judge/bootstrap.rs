@@ -14,52 +14,52 @@ use rand_distr::{Distribution, Exp1};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
-/// Number of resamples: the standard error of a share of 0.9 is 0.002. With a tenth as many, the seed would
-/// decide findings near the limit.
+/// Number of resamples: the standard error of a share of 0.9 is then 0.002. With a tenth as many, the seed
+/// would decide findings near the limit.
 const RESAMPLES: usize = 20_000;
 
-/// Normal quantile of `MIN_INCLUSION` (`established.rs`).
+/// Standard normal quantile of the required inclusion share of 0.9, `MIN_INCLUSION` in `established.rs`.
 const INCLUSION_QUANTILE: f64 = 1.281_551_565_544_6;
 
-/// Penalty of an effect in a resample: reduced so that an effect at the limit of the search penalty is
-/// selected in nine of ten resamples if nothing replaces it. Significance was tested before; resamples test
-/// how well the data distinguish the effect from others.
+/// Penalty of an effect in a resample, nats, from its penalty in the search. It is reduced so that an effect
+/// at the limit of the search penalty is selected in nine of ten resamples if nothing replaces it.
+/// Significance was tested before; resamples test how well the data distinguish the effect from others.
 fn resample_penalty(penalty: f64) -> f64 {
     let errors = ((2.0 * penalty).sqrt() - INCLUSION_QUANTILE).max(0.0);
     0.5 * errors * errors
 }
 
-/// Sets selected in the resamples.
+/// Sets of effects that were selected in the bootstrap resamples.
 pub(crate) struct Resamples {
-    /// Labels of each selected set, and its share of the resamples.
+    /// Labels of the additions in each selected set, and the share of the resamples that selected it.
     sets: Vec<(Vec<String>, f64)>,
 }
 
 impl Resamples {
-    /// Share of the resamples whose selected set satisfies `holds`.
+    /// Share of the resamples whose selected set has labels that satisfy `holds`.
     pub fn share(&self, holds: impl Fn(&[String]) -> bool) -> f64 {
         self.sets.iter().filter(|(labels, _)| holds(labels)).map(|(_, share)| share).sum()
     }
 
-    /// Share of the resamples that select an addition.
+    /// Share of the resamples whose selected set contains the addition with this label.
     pub fn share_of(&self, label: &str) -> f64 {
         self.share(|labels| labels.iter().any(|l| l == label))
     }
 
-    /// All selected additions, by name.
+    /// Labels of all additions that were selected in any resample.
     pub fn selected(&self) -> BTreeSet<&String> {
         self.sets.iter().flat_map(|(labels, _)| labels).collect()
     }
 }
 
-/// Number of null records in which an effect is named.
+/// Number of simulated records without a missing effect in which an effect is named, of `runs`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct FalsePositives {
     pub named: usize,
     pub runs: usize,
 }
 
-/// Repeats the choice among all fitted sets under random block weights.
+/// Repeats the choice among all fitted sets of effects under random weights of the blocks.
 pub(crate) fn resamples(found: &SearchResult, seed: u64) -> Resamples {
     let (best, base) = (found.best(), found.base());
     let independent = best.evidence.independence.share;
@@ -98,7 +98,7 @@ pub(crate) fn resamples(found: &SearchResult, seed: u64) -> Resamples {
     }
 }
 
-/// Counts in how many of `runs` null records an effect is named.
+/// Counts in how many of `runs` simulated records without a missing effect an effect is named.
 pub(crate) fn false_positive_rate(
     search: &Search<'_>,
     problem: &LinearProblem,

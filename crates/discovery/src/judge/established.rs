@@ -6,26 +6,27 @@ use crate::columns::LinearProblem;
 use crate::score::Scored;
 use crate::search::{Search, SearchResult, p_values_given};
 
-/// Minimum share of resamples in which a finding, or an equivalent one, must be selected. The penalty in
-/// resamples is reduced so that a finding at the limit of the search reaches this share.
+/// Minimum share of resamples in which a finding, or an equivalent one, must be selected to be established.
+/// The penalty in resamples is reduced so that a finding at the limit of the search reaches this share.
 const MIN_INCLUSION: f64 = 0.9;
 /// Minimum share of resamples for a finding that is not established to be reported as a lead.
 const MIN_LEAD_INCLUSION: f64 = 1.0 / 3.0;
-/// Standard errors (over blocks, paired) within which two sets are equivalent.
+/// Difference of two sets' scores, in standard errors (over blocks, paired), below which the sets are
+/// equivalent.
 const EQUIVALENT_ERRORS: f64 = 2.0;
 
-/// Reason why a finding is only a lead.
+/// Reason why a finding is only a lead and not established.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Shortcoming {
-    /// Not significant among this many candidates.
+    /// The finding is not significant among this many candidates.
     NotSignificant,
-    /// Selected in too few resamples.
+    /// The finding is selected in too few resamples.
     NotStable,
-    /// Its gain in predictions of left-out blocks is below its penalty.
+    /// The finding's gain in predictions of left-out blocks is below its penalty.
     DoesNotPay,
 }
 
-/// A finding that is not established.
+/// A finding that is not established, with the reason.
 #[derive(Clone, Debug)]
 pub(crate) struct Lead {
     pub addition: Addition,
@@ -34,25 +35,25 @@ pub(crate) struct Lead {
     pub short: Shortcoming,
 }
 
-/// Judged findings of a search.
+/// Findings of a search, judged by significance and stability.
 pub(crate) struct Findings {
-    /// Index of the established set among the fitted sets.
+    /// Index, among the fitted sets, of the established set of effects.
     pub named: usize,
-    /// p-value of each of its additions.
+    /// p-value of each addition of the established set.
     pub p_values: Vec<f64>,
-    /// q-value of each: expected share of false findings among those as significant (Benjamini and Yekutieli
-    /// 2001).
+    /// q-value of each addition of the established set: expected share of false findings among those at least
+    /// as significant (Benjamini and Yekutieli 2001).
     pub q_values: Vec<f64>,
-    /// Share of resamples that select each addition, or an equivalent one.
+    /// Share of resamples that select each addition of the established set, or an equivalent one.
     pub inclusion: Vec<f64>,
-    /// Other equivalent sets.
+    /// Indices of other sets that explain the data equally well.
     pub alternatives: Vec<usize>,
     pub leads: Vec<Lead>,
     pub false_positives: FalsePositives,
 }
 
 impl Findings {
-    /// Findings of a set that was not judged.
+    /// Findings of a set of effects that was not judged; `named` is its index.
     pub fn untested(named: usize) -> Self {
         Self {
             named,
@@ -66,7 +67,7 @@ impl Findings {
     }
 }
 
-/// Judges the findings of a search.
+/// Judges the findings of a search: which are established, equivalent alternatives, or only leads.
 pub(crate) fn judge_findings(
     search: &Search<'_>,
     found: &mut SearchResult,
@@ -104,15 +105,15 @@ pub(crate) fn judge_findings(
     Findings { named, p_values, q_values, inclusion, alternatives, leads, false_positives }
 }
 
-/// Index of the set to name before resampling: the significant part of the best set, or a simpler equivalent
-/// one.
+/// Index of the set of effects to name before resampling. It is the significant part of the best set, or a
+/// simpler equivalent set.
 pub(crate) fn named_set(search: &Search<'_>, found: &mut SearchResult) -> usize {
     let best = found.drop_insignificant(search, found.best);
     simplest(search, found, best)
 }
 
-/// The smallest significant set that is equivalent to `best` (the one-standard-error rule of Breiman et al.
-/// 1984, with two); among equal sizes the best.
+/// Index of the smallest significant set that is equivalent to the set `best`; among equal sizes the best
+/// one. The rule is the one-standard-error rule of Breiman et al. 1984, with two standard errors.
 fn simplest(search: &Search<'_>, found: &SearchResult, best: usize) -> usize {
     let set = &found.sets[best];
     // Subsets were already rejected by the significance of what they lack.
@@ -130,15 +131,16 @@ fn simplest(search: &Search<'_>, found: &SearchResult, best: usize) -> usize {
     eligible.min_by(|a, b| rank(a).partial_cmp(&rank(b)).unwrap_or(std::cmp::Ordering::Equal)).unwrap_or(best)
 }
 
-/// Whether `other` predicts left-out blocks as well as `set`, within two standard errors: that of the gain
-/// over blocks, and at least sqrt(2 G) of a log likelihood ratio G, whose variance is twice its mean.
+/// Whether `other` predicts left-out blocks as well as `set`, within two standard errors. The standard error
+/// is that of the gain over blocks, and at least sqrt(2 G) of a log likelihood ratio G, whose variance is
+/// twice its mean.
 fn is_equivalent(found: &SearchResult, other: &Scored, set: &Scored) -> bool {
     let margin = found.margin(set, other);
     let error = set.evidence.gain_standard_error(&other.evidence).max((2.0 * margin.max(0.0)).sqrt());
     margin < EQUIVALENT_ERRORS * error
 }
 
-/// Other equivalent significant sets with no more additions.
+/// Indices of other significant sets that are equivalent to the named one and have no more additions.
 fn alternatives(search: &Search<'_>, found: &SearchResult, named: usize) -> Vec<usize> {
     let set = &found.sets[named];
     let named_key = labels(set.additions());
@@ -178,7 +180,7 @@ fn inclusion_share(
     resampled.share(|labels| labels.iter().any(|l| equivalent.contains(l)))
 }
 
-/// q-values of the additions of the named set among all candidates.
+/// q-values of the additions of the named set among all candidates (expected share of false findings).
 fn q_values(
     problem: &LinearProblem,
     found: &SearchResult,
@@ -202,8 +204,8 @@ fn q_values(
     named_p.iter().map(|p| q(*p)).collect()
 }
 
-/// Leads: additions of the best set that the named set lacks, and others that a third of the resamples
-/// select.
+/// Leads (findings that are not established): additions of the best set that the named set lacks, and others
+/// that a third of the resamples select.
 fn leads(found: &SearchResult, named: usize, resampled: &Resamples, alternatives: &[usize]) -> Vec<Lead> {
     let (set, best) = (&found.sets[named], found.best());
     let of_alternatives: Vec<String> = alternatives.iter().flat_map(|n| found.sets[*n].key()).collect();

@@ -13,42 +13,44 @@ use crate::search::{
 use crate::statistics::{chi2_tail, median};
 use rayon::prelude::*;
 
-/// Maximum number of tabulated effects in a result.
+/// Maximum number of tabulated effects that a result contains.
 const MAX_TABLES: usize = 3;
-/// Number of the best tabulated effects in the linear problem that are refitted.
+/// Number of tabulated effects, the best in the linear problem, that are refitted in each step.
 const MAX_REFITTED_TABLES: usize = 2;
 
-/// p-values of the residual tests.
+/// p-values of the tests of the residuals of the named set.
 pub(crate) struct ResidualTests {
-    /// p-value of the best remaining library candidate, times the number of candidates.
+    /// p-value of the best library candidate that is not in the set, times the number of candidates.
     pub library: f64,
-    /// The same for the best tabulated effect.
+    /// p-value of the best tabulated effect; 1 without one.
     pub tables: f64,
-    /// Whether the system has tabulated effects to test.
+    /// Whether the system has tabulated effects that can be tested.
     pub has_tables: bool,
     /// p-value of the differences between records in the most different parameter, times the number of
     /// parameters.
     pub records: f64,
-    /// Record that differs most, by its number among the searched ones.
+    /// Number, among the searched records, of the record that differs most; `None` if no parameter was
+    /// tested.
     pub outlying: Option<usize>,
-    /// p-value of a period in the event offsets.
+    /// p-value of a period in the event offsets (deviations of the events' parameter); 1 without such
+    /// offsets.
     pub periodicity: f64,
 }
 
 impl ResidualTests {
-    /// The values before any test: nothing is significant.
+    /// p-values before any test: nothing is significant.
     pub fn untested() -> Self {
         Self { library: 1.0, tables: 1.0, has_tables: false, records: 1.0, outlying: None, periodicity: 1.0 }
     }
 
-    /// Whether no test is significant (p-value 0.001).
+    /// Whether every p-value is above 0.001, so that no test is significant.
     pub fn none_is_significant(&self) -> bool {
         [self.library, self.tables, self.records, self.periodicity].iter().all(|p| *p > ALPHA / 10.0)
     }
 }
 
-/// Tests the residuals of a set. With a random effect per record, the records are compared at their own
-/// values in `random_effect`.
+/// Tests the residuals of a set of effects. With a random effect per record, the records are compared at
+/// their own values in `random_effect`; `with_table` is the p-value of a table that was found.
 pub(crate) fn test_residuals(
     search: &Search<'_>,
     set: &Scored,
@@ -78,9 +80,9 @@ pub(crate) fn test_residuals(
     }
 }
 
-/// p-value of the differences between records, and the record that differs most. Model error common to all
-/// records, and autocorrelated residuals, also make the estimates of single records vary and are allowed
-/// for.
+/// p-value of the differences between records, and the number of the record that differs most. Model error
+/// common to all records, and autocorrelated residuals, also make the estimates of single records vary and
+/// are allowed for.
 fn record_differences_test(
     search: &Search<'_>,
     set: &Scored,
@@ -103,8 +105,8 @@ fn record_differences_test(
     (p(worst).min(1.0), outlying)
 }
 
-/// Dispersion factor of the squared gradients of records: the typical squared residual over the noise
-/// variance (at least 1), divided by the independent share.
+/// Dispersion factor of the squared gradients of records. It is the typical squared residual over the noise
+/// variance (at least 1), divided by the independent share of the residuals.
 fn dispersion(set: &Scored) -> f64 {
     let mut ratios: Vec<f64> =
         set.fit.residual_norms.iter().map(|[misfit, freedom]| misfit / freedom).collect();
@@ -147,7 +149,9 @@ pub(crate) fn add_tables(
     best.map(|(set, p_value)| (found.drop_insignificant_among(search, set, &is_effect), p_value))
 }
 
-/// Adds the best tabulated effect to a set, if its gain exceeds the penalty and is significant over blocks.
+/// Adds the best tabulated effect to the set with index `from`, if its gain exceeds the penalty and is
+/// significant over blocks. Returns the index of the new set and the p-value of the gain; `None` if no table
+/// qualifies.
 fn add_table(search: &Search<'_>, found: &mut SearchResult, from: usize) -> Option<(usize, f64)> {
     let set = found.sets[from].clone();
     let sample = search.sample();
@@ -189,7 +193,7 @@ fn add_table(search: &Search<'_>, found: &mut SearchResult, from: usize) -> Opti
     Some((found.sets.len() - 1, p_value))
 }
 
-/// Name of a searched record.
+/// Name in the data of the searched record with this number.
 pub(crate) fn record_name<'s>(search: &Search<'s>, number: usize) -> Option<&'s str> {
     search.sample().chosen.get(number).map(|&j| {
         let record: &Record = &search.sample().data.records[j];

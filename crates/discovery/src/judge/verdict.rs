@@ -8,14 +8,14 @@ use crate::result::{ErrorTable, Verdict};
 use augsim_data::with_significant;
 use augsim_system::Per;
 
-/// Share of a parameter's range within which it counts as at a bound.
+/// Share of a parameter's range within which it counts as being at a bound.
 const BOUND_SHARE: f64 = 1e-6;
 
-/// Reason for which the findings are withdrawn.
+/// Reason why the findings of a search are withdrawn.
 pub(crate) enum WithdrawalReason {
-    /// The data are not from the declared system; with the explanation.
+    /// The data are not from the declared system; contains the explanation.
     NotThisSystem(String),
-    /// The chosen set predicts no better than the calibrated model.
+    /// The chosen set of effects predicts no better than the calibrated model.
     DoesNotHelp,
 }
 
@@ -29,7 +29,7 @@ pub(crate) fn verdict(is_named: bool, has_table: bool, left: &ResidualTests) -> 
     }
 }
 
-/// Reason why the data are not from the declared system, checked before any fit.
+/// Reason why the data are not from the declared system, checked before any fit; `None` if they can be.
 pub(crate) fn reason_from_data(prepared: &Prepared) -> Option<String> {
     let data = &prepared.data;
     data.system
@@ -50,7 +50,7 @@ fn values(fit: &Fit) -> Vec<f64> {
     values
 }
 
-/// Rejects fitted values that are implausible for the system or at a bound.
+/// Rejects fitted values that are implausible for the system or at a bound; `None` if they are plausible.
 pub(crate) fn reason_from_values(fit: &Fit) -> Option<WithdrawalReason> {
     let h = &fit.hypothesis;
     if let Some(objection) = h.system.implausible_values_objection(&values(fit)) {
@@ -63,7 +63,7 @@ pub(crate) fn reason_from_values(fit: &Fit) -> Option<WithdrawalReason> {
     )))
 }
 
-/// Rejects predictions that are worse than the mean of the data, or findings that increase the error;
+/// Rejects predictions that are worse than the mean of the data, or findings that increase the error.
 /// `spread` is the standard deviation of the deciding measure, `display` its display unit and factor.
 pub(crate) fn reason_from_errors(
     error: &ErrorTable,
@@ -86,7 +86,8 @@ pub(crate) fn reason_from_errors(
     (has_additions && error.reduction.ci95[1] < 0.0).then_some(WithdrawalReason::DoesNotHelp)
 }
 
-/// Name and bound of the first declared parameter at a non-zero bound; at 0 a term is merely absent.
+/// Name and bound of the first declared parameter that is at a non-zero bound. At a bound of 0 a term is
+/// merely absent.
 fn at_bound(h: &Hypothesis, theta: &[f64]) -> Option<(String, f64)> {
     for (f, range) in h.entries() {
         let fitted = &theta[range];

@@ -7,17 +7,18 @@ use crate::record::{Measured, Record, Recording};
 use augsim_system::{Record as SystemRecord, Window};
 use std::ops::Range;
 
-/// Number of records from which on they are kept whole.
+/// Number of records from which on they are kept whole instead of being divided into blocks.
 const MIN_WHOLE_RECORDS: usize = 8;
-/// Blocks that a few records are divided into, in total.
+/// Total number of blocks into which a few records are divided.
 const TOTAL_BLOCKS: usize = 20;
-/// Samples from which on a recording is treated as several: longer free runs add cost, not information.
+/// Number of samples above which a recording is treated as several. Longer free runs add cost, not
+/// information.
 const MAX_RUN_SAMPLES: usize = 10_000;
-/// Samples that a prediction of a block starts from: 1/20 of its samples, at most 50.
+/// Number of samples from which a prediction of a block starts: 1/20 of the block's samples, at most 50.
 const KNOWN_SAMPLES: (usize, usize) = (20, 50);
 
-/// Keeps many records whole and divides few into blocks of windows. Also returns the recordings that are
-/// fitted in several windows, with the indices of their parts.
+/// Divides few records into blocks of windows, and keeps many records whole. Also returns the recordings that
+/// are fitted in several windows, with the indices of their parts.
 pub(crate) fn split_into_blocks(records: Vec<Record>) -> (Vec<Record>, Vec<Recording>) {
     let windows: usize = records.iter().map(|r| r.data.windows.len()).sum();
     if windows < 2 * records.len().max(1) {
@@ -51,14 +52,14 @@ pub(crate) fn split_into_blocks(records: Vec<Record>) -> (Vec<Record>, Vec<Recor
     (out, recordings)
 }
 
-/// Number of samples that a prediction of `samples` samples of a record starts from.
+/// Number of known samples from which a prediction of `samples` samples of a record starts.
 pub(crate) fn known_samples(data: &SystemRecord, samples: usize) -> usize {
     (samples / KNOWN_SAMPLES.0)
         .clamp(data.initial_sample_count.min(KNOWN_SAMPLES.1), KNOWN_SAMPLES.1)
         .min(samples)
 }
 
-/// Some consecutive windows of a record, as a record.
+/// Cuts some consecutive windows out of a record, as a record of their own.
 pub(crate) fn windows_as_record(record: &Record, windows: Range<usize>) -> Record {
     let data = &record.data;
     let chosen = &data.windows[windows.clone()];
@@ -90,8 +91,8 @@ pub(crate) fn windows_as_record(record: &Record, windows: Range<usize>) -> Recor
     }
 }
 
-/// A recording in the shortest windows, with the weights of those parts for which `wanted` is true and 0
-/// elsewhere.
+/// A recording in the shortest windows. Samples have their weights in the parts for which `wanted` is true,
+/// and weight 0 elsewhere.
 pub(crate) fn with_part_weights(data: &Measured, index: usize, wanted: impl Fn(usize) -> bool) -> Record {
     let recording = &data.recordings[index];
     let mut record = recording.whole.clone();
@@ -105,8 +106,8 @@ pub(crate) fn with_part_weights(data: &Measured, index: usize, wanted: impl Fn(u
     record
 }
 
-/// A recording as a record of one window, with the weights of those parts for which `wanted` is true and 0
-/// elsewhere.
+/// A recording as a record of one window. Samples have their weights in the parts for which `wanted` is true,
+/// and weight 0 elsewhere.
 pub(crate) fn as_single_window(data: &Measured, index: usize, wanted: impl Fn(usize) -> bool) -> Record {
     let mut record = with_part_weights(data, index, wanted);
     let samples = 0..record.data.times.len();

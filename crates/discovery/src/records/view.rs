@@ -9,19 +9,19 @@ use crate::score::Blocks;
 use augsim_system::Window;
 use std::sync::Arc;
 
-/// Records in windows of one length.
+/// Records divided into windows of one length, and the blocks that are left out in turn.
 #[derive(Clone)]
 pub(crate) struct View {
     data: Measured,
     chosen: Vec<usize>,
     correlation: f64,
     pub blocks: Blocks,
-    /// Number of the shortest windows that each window joins.
+    /// Number of the shortest windows that each window joins: its length.
     pub joined: usize,
 }
 
 impl View {
-    /// The records `chosen`, with `joined` of the shortest windows in each window.
+    /// Creates a view of the records `chosen`, with `joined` of the shortest windows in each window.
     pub fn new(prepared: &Prepared, chosen: &[usize], joined: usize) -> Self {
         let sample = prepared.sample(chosen);
         let correlation = sample.correlation;
@@ -37,7 +37,7 @@ impl View {
         Self { data, chosen, correlation, blocks, joined }
     }
 
-    /// A copy whose simulations count apart and know no deadline.
+    /// A copy whose simulations are counted separately and have no deadline.
     pub fn detached(&self) -> Self {
         let mut copy = self.clone();
         (copy.data.work, copy.data.clock) = (Arc::default(), Clock::default());
@@ -48,7 +48,8 @@ impl View {
         ChosenRecords { data: &self.data, chosen: &self.chosen, correlation: self.correlation }
     }
 
-    /// Window lengths that are tried: 1, its doublings, and the number of windows of the longest recording.
+    /// Window lengths that are tried, in numbers of the shortest windows: 1, its doublings, and that of the
+    /// longest recording.
     pub fn lengths(prepared: &Prepared) -> Vec<usize> {
         let recordings = prepared.data.recordings.iter();
         let most = recordings.map(|r| r.whole.data.windows.len()).max().unwrap_or(1).max(1);
@@ -59,8 +60,8 @@ impl View {
     }
 }
 
-/// The recordings of a sample in windows that join `joined` of the shortest ones, and the indices of all
-/// these records. Samples outside the sample get weight 0.
+/// Divides the recordings of a sample into windows that join `joined` of the shortest ones. Also returns the
+/// indices of all these records. Data of other records than those in `sample` get weight 0.
 fn joined_windows(sample: &ChosenRecords<'_>, joined: usize) -> (Measured, Vec<usize>) {
     let data = sample.data;
     let rejoin = |index: usize| {
@@ -71,8 +72,8 @@ fn joined_windows(sample: &ChosenRecords<'_>, joined: usize) -> (Measured, Vec<u
     (data.with_records(records), everything)
 }
 
-/// Parts of a recording that join `joined` windows each, as records of one window; drops parts without
-/// weighted samples.
+/// Divides a recording into parts that join `joined` windows each, as records of one window. Parts without
+/// weighted samples are dropped.
 fn windows_joined(whole: &Record, joined: usize) -> Vec<Record> {
     let windows = whole.data.windows.len();
     let parts = windows.div_ceil(joined.max(1));

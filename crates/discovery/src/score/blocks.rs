@@ -6,27 +6,27 @@
 
 use crate::record::ChosenRecords;
 
-/// Number of blocks that few recordings are cut into. Fewer give Student's t heavy tails (with 15 degrees of
-/// freedom a level of 0.01 over 60 candidates requires 4.9 standard errors, with 7 it would require 7.0);
-/// many more would be shorter than the autocorrelation time of the residuals.
+/// Number of blocks into which few recordings are divided. Fewer give Student's t heavy tails (with 15
+/// degrees of freedom a level of 0.01 over 60 candidates requires 4.9 standard errors, with 7 it would
+/// require 7.0); many more would be shorter than the autocorrelation time of the residuals.
 pub(crate) const BLOCKS: usize = 16;
-/// Maximum number of blocks: from 40 on Student's t is normal to 10 % at the required levels, and the work
+/// Maximum number of blocks. From 40 on Student's t is normal to 10 % at the required levels, and the work
 /// grows with the number.
 const MAX_BLOCKS: usize = 40;
 
-/// The block of every sample of some records.
+/// Assignment of every sample of some records to a block, which is left out as a whole.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Blocks {
     pub count: usize,
-    /// Whether blocks are adjacent segments of recordings.
+    /// Whether blocks are adjacent segments of recordings, rather than groups of whole recordings.
     pub are_adjacent: bool,
     /// Block of each sample, `[chosen record][sample]`.
     block_of: Vec<Vec<u16>>,
 }
 
 impl Blocks {
-    /// Blocks of a sample from `recordings` recordings, in order: groups of whole recordings if there are at
-    /// least 16, else segments with equal numbers of measured samples.
+    /// Divides a sample from `recordings` recordings into blocks, in order. They are groups of whole
+    /// recordings if there are at least 16, else segments with equal numbers of measured samples.
     pub fn new(sample: &ChosenRecords<'_>, recordings: usize) -> Self {
         let records: Vec<Vec<bool>> = sample
             .records()
@@ -35,7 +35,7 @@ impl Blocks {
         Self::from_counts(&records, recordings)
     }
 
-    /// Blocks of records, given whether each sample counts.
+    /// Divides records into blocks; `records` says for each sample whether it counts.
     fn from_counts(records: &[Vec<bool>], recordings: usize) -> Self {
         let total: usize = records.iter().flatten().filter(|counts| **counts).count();
         let whole = recordings >= BLOCKS && records.len() >= BLOCKS;
@@ -52,7 +52,7 @@ impl Blocks {
         Self { count, are_adjacent: !whole, block_of: assigned.collect() }
     }
 
-    /// The block of a sample of a chosen record.
+    /// Number of the block that contains a sample of a chosen record.
     pub fn block(&self, chosen: usize, sample: usize) -> u16 {
         self.block_of[chosen][sample]
     }
@@ -60,7 +60,7 @@ impl Blocks {
 
 #[cfg(test)]
 impl Blocks {
-    /// Blocks without samples, for tests.
+    /// Blocks that contain no samples.
     pub fn without_samples(count: usize) -> Self {
         Self { count, are_adjacent: false, block_of: Vec::new() }
     }

@@ -4,21 +4,21 @@ use super::rows::WindowRows;
 use crate::linear::Square;
 use augsim_linear::gram_of_rows;
 
-/// The part of one window in one block.
+/// Sums of products over the rows of one window that lie in one block.
 #[derive(Clone, Debug)]
 pub(super) struct Cell {
     pub window: usize,
     pub block: usize,
     pub is_prior: bool,
-    /// `J'J` of the part, without the window's weight.
+    /// Sum of products `J'J` of the sensitivities in the cell, without the window's weight.
     pub h: Square,
-    /// `J'r`.
+    /// Sum `J'r` of sensitivities times residuals, without the window's weight.
     pub g: Vec<f64>,
-    /// `r'r`.
+    /// Sum of squared residuals `r'r`, without the window's weight.
     pub c: f64,
 }
 
-/// Terms of the cost of a window.
+/// Terms of the robust cost of a window.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scale {
     pub weight: f64,
@@ -27,7 +27,7 @@ pub(super) struct Scale {
     pub constant: f64,
 }
 
-/// The cells of a window: its measured rows by block, and its prior rows by block.
+/// Divides the rows of window `w` into cells: its measured rows by block, and its prior rows by block.
 pub(super) fn cells(w: usize, window: &WindowRows, width: usize) -> Vec<Cell> {
     let measured = window.block_and_channel.len() - window.priors;
     let mut blocks: Vec<(u16, bool)> =

@@ -24,38 +24,38 @@ use crate::linear::Square;
 use crate::statistics::f_tail;
 use rayon::prelude::*;
 
-/// Number of independent residuals that a block must have where windows extend over several blocks. With a
+/// Minimum number of independent residuals in a block, where windows extend over several blocks. With a
 /// correlation time of T samples one residual in 2 T is independent, and blocks of L samples understate a
 /// variance by the share T/L for the correlation of neighbours (Kuensch 1989), two thirds of which the
 /// weighted covariance of neighbours restores. With 7, one part in 42 is missing, which less than halves the
 /// p-value of five standard errors.
 const MIN_INDEPENDENT_PER_BLOCK: f64 = 7.0;
 
-/// Evidence of the blocks at a fit.
+/// Information of each block of the data on the parameters of a fit, and predictions without each block.
 #[derive(Clone, Debug)]
 pub(crate) struct Evidence {
     pub blocks: usize,
-    /// Whether blocks are adjacent segments of recordings.
+    /// Whether blocks are adjacent segments of recordings, rather than groups of whole recordings.
     are_adjacent: bool,
     cells: Vec<Cell>,
     scales: Vec<Scale>,
-    /// Entries of theta that are not at a bound.
+    /// Indices of the entries of theta that are not at a bound.
     free: Vec<usize>,
-    /// `H_b` of the free entries.
+    /// Curvature `H_b` of each block in the entries of theta that are not at a bound.
     curvatures: Vec<Square>,
-    /// Steps (1) of theta for each block that is left out; entries at a bound do not move.
+    /// Steps (1) of theta when each block is left out, `[block][entry]`; entries at a bound do not move.
     pub moves: Vec<Vec<f64>>,
-    /// Squared prediction error of each cell by the parameters without its block.
+    /// Squared prediction error (2) of each cell, by the parameters fitted without its block.
     predicted: Vec<f64>,
     /// Minus twice the log predictive density of the left-out blocks.
     pub cost: f64,
-    /// Autocorrelation of the residuals.
+    /// Autocorrelation of the residuals, as the share of them that is independent.
     pub independence: Independence,
 }
 
 impl Evidence {
-    /// Evidence from the rows of a fit. Entries of theta in `held` (at a bound) do not move; `off` is the
-    /// distance of each entry from its null.
+    /// Computes the evidence from the rows of a fit. Entries of theta in `held` (at a bound) do not move;
+    /// `off` is the distance of each entry from its null value.
     pub fn new(rows: &Rows, partition: &Blocks, held: &[bool], off: &[f64]) -> Self {
         let (blocks, are_adjacent) = (partition.count, partition.are_adjacent);
         let cells: Vec<Cell> = rows
@@ -97,7 +97,7 @@ impl Evidence {
         found
     }
 
-    /// Squared prediction errors of each window, and those of its priors.
+    /// Squared prediction error of each window, and that of its priors.
     fn squares(&self) -> (Vec<f64>, Vec<f64>) {
         let mut squares = vec![0.0; self.scales.len()];
         let mut priors = vec![0.0; self.scales.len()];
@@ -108,9 +108,9 @@ impl Evidence {
         (squares, priors)
     }
 
-    /// Gain over other evidence on the same windows by block, in nats, counting independent residuals only.
-    /// The decrease of a window's cost is divided among blocks in proportion to the decrease of their
-    /// squared errors.
+    /// Gain in log predictive density over `other`, evidence on the same windows, by block, in nats. Only
+    /// independent residuals count. The decrease of a window's cost is divided among blocks in proportion to
+    /// the decrease of their squared errors.
     pub fn gains_over(&self, other: &Self) -> Vec<f64> {
         let (new_squares, old_squares) = (self.squares().0, other.squares().0);
         let slope = |w: usize| {
@@ -137,7 +137,7 @@ impl Evidence {
         gains
     }
 
-    /// One-sided p-value of the gain over other evidence, from the gains of the blocks (Student's t).
+    /// One-sided p-value of the gain over `other`, by Student's t test on the gains of the blocks.
     pub fn p_value_of_gain(&self, other: &Self) -> f64 {
         let gains = self.gains_over(other);
         let n = gains.len() as f64;
@@ -147,7 +147,7 @@ impl Evidence {
         if t > 0.0 { 0.5 * f_tail(t * t, 1.0, n - 1.0) } else { 1.0 }
     }
 
-    /// Bound of the p-value of the gain over other evidence, for any distribution of the gains: a likelihood
+    /// Upper bound of the p-value of the gain over `other`, for any distribution of the gains. A likelihood
     /// ratio of predictions exceeds `x` with probability at most `1/x` (Markov's inequality; Vovk and Wang
     /// 2021). The block with the largest gain is excluded, so that a single outlying record does not
     /// establish a random effect.
@@ -157,7 +157,7 @@ impl Evidence {
         (largest - gains.iter().sum::<f64>()).exp().min(1.0)
     }
 
-    /// Standard error of the gain over other evidence, nats, from the gains of the blocks.
+    /// Standard error of the gain over `other`, nats, from the scatter of the gains of the blocks.
     pub fn gain_standard_error(&self, other: &Self) -> f64 {
         let gains = self.gains_over(other);
         let n = gains.len() as f64;
@@ -165,16 +165,16 @@ impl Evidence {
         (n / (n - 1.0) * gains.iter().map(|g| (g - mean).powi(2)).sum::<f64>()).sqrt()
     }
 
-    /// Squared distance of the parameters `entries` from values that they are `off` by, in their covariance
-    /// (3). Where blocks are adjacent, the covariance with neighbours (Newey and West 1987) is computed as
-    /// well and the smaller distance is returned.
+    /// Squared distance of the parameters `entries` from values that they differ from by `off`, in their
+    /// covariance (3). Where blocks are adjacent, the covariance with neighbours (Newey and West 1987) is
+    /// computed as well and the smaller distance is returned.
     pub fn distance(&self, entries: &[usize], off: &[f64]) -> f64 {
         let with_lags = |lags: usize| distance(&self.moves, entries, off, lags);
         if self.are_adjacent { with_lags(0).min(with_lags(NEIGHBOUR_LAGS)) } else { with_lags(0) }
     }
 
-    /// Whether windows extend over several blocks with residuals so strongly correlated that the blocks are
-    /// not independent. Windows within one block have their own initial states and share nothing.
+    /// Whether blocks are not independent: windows extend over several blocks and residuals are strongly
+    /// correlated. Windows within one block have their own initial states and share nothing.
     pub fn blocks_share_residuals(&self) -> bool {
         let spans_blocks = self.scales.len() < self.blocks;
         self.are_adjacent
@@ -183,27 +183,29 @@ impl Evidence {
                 < MIN_INDEPENDENT_PER_BLOCK
     }
 
-    /// Degrees of freedom of the covariance (3) of the parameters `entries`, which are free.
+    /// Effective degrees of freedom of the covariance (3) of the parameters `entries`, none of which is at a
+    /// bound.
     pub fn freedom(&self, entries: &[usize]) -> f64 {
         let positions: Vec<usize> =
             entries.iter().filter_map(|entry| self.free.iter().position(|i| i == entry)).collect();
         freedom(&sum(&self.curvatures), self.curvatures.iter(), &positions)
     }
 
-    /// Variance of a parameter; of the two covariances in [`distance`](Self::distance) the larger.
+    /// Variance of the parameter with index `entry` in theta. It is the larger one of the variances with and
+    /// without neighbouring blocks, as in [`distance`](Self::distance).
     pub fn variance(&self, entry: usize) -> f64 {
         let with_lags = |lags: usize| covariance(&self.moves, &[entry], lags).at(0, 0);
         if self.are_adjacent { with_lags(0).max(with_lags(NEIGHBOUR_LAGS)) } else { with_lags(0) }
     }
 
-    /// Parts of the data whose errors are independent.
+    /// Divides the data into clusters, parts whose errors are independent.
     pub fn clusters(&self) -> Clusters {
         let entries = self.moves.first().map_or(0, Vec::len);
         Clusters::new(&self.cells, &self.scales, self.blocks, entries)
     }
 }
 
-/// `H_b` and `g_b` of the free entries of every block.
+/// Curvature `H_b` and gradient `g_b` of every block in the entries `free` of theta.
 fn by_block(cells: &[Cell], scales: &[Scale], blocks: usize, free: &[usize]) -> (Vec<Square>, Vec<Vec<f64>>) {
     let n = free.len();
     let (mut curvatures, mut gradients) = (vec![Square::zero(n); blocks], vec![vec![0.0; n]; blocks]);
@@ -216,7 +218,7 @@ fn by_block(cells: &[Cell], scales: &[Scale], blocks: usize, free: &[usize]) -> 
     (curvatures, gradients)
 }
 
-/// Steps (1) of all entries for every block.
+/// Steps (1) of all entries of theta when each block is left out.
 fn moves(curvatures: &[Square], gradients: &[Vec<f64>], free: &[usize], off: &[f64]) -> Vec<Vec<f64>> {
     let sum = sum(curvatures);
     let from_null: Vec<f64> = free.iter().map(|&i| off[i]).collect();

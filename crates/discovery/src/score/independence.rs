@@ -16,22 +16,22 @@
 use super::rows::Rows;
 use std::collections::BTreeMap;
 
-/// Maximum lag of the autocorrelation; longer correlation shows in the scatter over blocks.
+/// Maximum lag of the autocorrelation, in samples. Longer correlation shows in the scatter over blocks.
 const MAX_LAGS: usize = 1000;
 
-/// Autocorrelation of residuals.
+/// Share of the residuals that count as independent, in view of their autocorrelation.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Independence {
     /// Share of the residuals that are independent, formula (4).
     pub share: f64,
-    /// The same for the channel with the longest correlation.
+    /// Share (4) for the channel with the longest correlation.
     pub min_share: f64,
-    /// Mean number of samples per channel.
+    /// Mean number of measured samples per channel.
     pub samples: f64,
 }
 
 impl Independence {
-    /// Autocorrelation of the residuals of a fit within its windows.
+    /// Computes the shares from the autocorrelation of the residuals of a fit within its windows.
     pub fn from_rows(rows: &Rows) -> Self {
         let by_channel = products(rows);
         let mut total = Products::default();
@@ -46,7 +46,7 @@ impl Independence {
     }
 }
 
-/// Sums and counts of products of residuals by lag.
+/// Sums of products of residuals and their numbers, by lag.
 #[derive(Clone, Debug, Default)]
 struct Products {
     sums: Vec<f64>,
@@ -78,7 +78,7 @@ impl Products {
         self.samples += other.samples;
     }
 
-    /// Formula (4).
+    /// Share of independent residuals, formula (4).
     fn independent(&self) -> f64 {
         let power = self.sums.first().zip(self.counts.first()).map_or(0.0, |(s, n)| s / n);
         if !(power > 0.0 && power.is_finite()) {
@@ -92,7 +92,7 @@ impl Products {
     }
 }
 
-/// Products of the residuals of each channel, window by window.
+/// Sums of products of the residuals of each channel by lag, window by window.
 fn products(rows: &Rows) -> BTreeMap<u16, Products> {
     let width = rows.width;
     let mut by_channel: BTreeMap<u16, Products> = BTreeMap::new();

@@ -3,14 +3,14 @@
 
 use crate::linear::{Square, dot};
 
-/// Weight of the null in leave-one-out estimates, as a share of the parameter's information. An effect
-/// without support in the other blocks then vanishes there. It is above rounding, and below the share
-/// (1e-13) from which on a direction counts as informative, so that no informed estimate is affected.
+/// Weight of the null value in leave-one-out estimates, as a share of the parameter's information. An effect
+/// without support in the other blocks then vanishes there. It is above rounding, and below the share (1e-13)
+/// from which on a direction counts as informative, so that no informed estimate is affected.
 const NULL_WEIGHT: f64 = 1e-14;
 
-/// Formula (1): step of the parameters when a block with this curvature and gradient is left out; `sum` is
-/// the curvature of all blocks. A parameter that no other block informs returns to its null, from which it
-/// is `off`; otherwise an effect in one block would be judged by its own fit.
+/// Step (1) of the parameters when a block with this curvature and gradient is left out. `sum` is the
+/// curvature of all blocks. A parameter that no other block informs returns to its null value, from which it
+/// differs by `off`; otherwise an effect in one block would be judged by its own fit.
 pub(crate) fn step_without_block(
     sum: &Square,
     curvature: &Square,
@@ -28,7 +28,7 @@ pub(crate) fn step_without_block(
     step
 }
 
-/// Formula (3): covariance of the parameters `entries` from the leave-one-out steps, with products of up to
+/// Covariance (3) of the parameters `entries` from the leave-one-out steps `moves`, with products of up to
 /// `lags` neighbouring blocks to each side (Newey and West 1987).
 pub(crate) fn covariance(moves: &[Vec<f64>], entries: &[usize], lags: usize) -> Square {
     let n = moves.len() as f64;
@@ -86,7 +86,8 @@ pub(crate) fn freedom<'a>(
     if squares > 0.0 { sum * sum / squares - 1.0 } else { 0.0 }
 }
 
-/// Squared distance of the parameters `entries` from values that they are `off` by, in their covariance (3).
+/// Squared distance of the parameters `entries` from values that they differ from by `off`, in their
+/// covariance (3).
 pub(crate) fn distance(moves: &[Vec<f64>], entries: &[usize], off: &[f64], lags: usize) -> f64 {
     let mut x = off.to_vec();
     covariance(moves, entries, lags).cholesky().forward(&mut x);

@@ -14,34 +14,34 @@ use crate::record::ChosenRecords;
 use crate::record::RecordWindow;
 use augsim_system::{Seed, System};
 
-/// Rows of one window.
+/// Residuals and sensitivities of one window, with its nuisances projected out.
 #[derive(Clone, Debug)]
 pub(crate) struct WindowRows {
-    /// Weight of the window in the fit.
+    /// Robust weight of the window in the fit.
     pub weight: f64,
-    /// Degrees of freedom of its residuals.
+    /// Degrees of freedom of the window's residuals.
     pub degrees_of_freedom: f64,
-    /// Whether residuals below the noise are not rewarded, because the noise is a tolerance.
+    /// Whether the noise is a tolerance: residuals below it are not rewarded beyond the Gaussian cost.
     pub is_tolerance: bool,
-    /// Sensitivities of each row and last its residual, [`Rows::width`] numbers a row; rows of priors come
-    /// last.
+    /// Sensitivities of each row, then its residual, [`Rows::width`] numbers a row. Rows of priors come last.
     pub values: Vec<f64>,
-    /// Block and channel of every row.
+    /// Block and channel of each row.
     pub block_and_channel: Vec<(u16, u16)>,
-    /// Number of rows of priors.
+    /// Number of rows that represent priors of nuisances.
     pub priors: usize,
-    /// Part of the window's cost beside its rows: log determinants of its offsets.
+    /// Part of the window's cost that its rows do not contain: log determinants of its event offsets.
     pub constant: f64,
     projection: Projection,
-    /// Residuals of the measured samples before the projection.
+    /// Residuals of the measured samples before the nuisances are projected out.
     plain: Vec<f64>,
 }
 
-/// Projection of a window's nuisances out of further columns.
+/// Projection of a window's nuisances (initial state, record parameters, event offsets) out of further
+/// columns.
 #[derive(Clone, Debug)]
 struct Projection {
     count: usize,
-    /// Sensitivities to the nuisances, `count` numbers a row.
+    /// Sensitivities of the residuals to the nuisances, `count` numbers a row.
     rows: Vec<f64>,
     precision: Vec<f64>,
     factor: Cholesky,
@@ -61,7 +61,7 @@ impl Projection {
         Self { count, rows, precision, factor }
     }
 
-    /// Projects the nuisances out of columns, `width` numbers a row, and returns the rows of the priors.
+    /// Projects the nuisances out of columns, `width` numbers a row. Returns the rows of the priors.
     fn apply(&self, columns: &mut [f64], width: usize, weight: f64) -> Vec<f64> {
         let n = self.count;
         if n == 0 || width == 0 {
@@ -83,8 +83,8 @@ impl Projection {
         known.flat_map(|i| steps.iter().map(move |s| -self.precision[i].sqrt() * s[i])).collect()
     }
 
-    /// Residuals, followed by those of the priors, after the Gauss-Newton step of the nuisances to their
-    /// minimum. At a minimum, where the gradients of residuals and priors cancel, the step is 0.
+    /// Residuals, then those of the priors, after the Gauss-Newton step of the nuisances to their minimum. At
+    /// a minimum, where the gradients of residuals and priors cancel, the step is 0.
     fn residuals_after_nuisance_step(
         &self,
         residuals: &[f64],
@@ -108,20 +108,20 @@ impl Projection {
     }
 }
 
-/// Rows of all windows of a sample at a fit.
+/// Rows (sensitivities and residuals) of all windows of a sample at a fit.
 #[derive(Clone, Debug)]
 pub(crate) struct Rows {
-    /// Number of columns, the last of which is the residual.
+    /// Number of columns; the last one is the residual.
     pub width: usize,
     pub windows: Vec<WindowRows>,
 }
 
-/// The windows of a fit with their derivative lanes.
+/// The windows of a fit, each with its record and the order of its derivatives.
 pub(crate) struct FitWindows<'a> {
     pub sample: &'a ChosenRecords<'a>,
     pub fit: &'a Fit,
     pub windows: Vec<RecordWindow<'a>>,
-    /// Index of the chosen record of each window.
+    /// For each window, the position of its record in the list of chosen records.
     pub chosen: Vec<usize>,
     pub lanes: Vec<Lanes>,
 }
@@ -135,7 +135,7 @@ impl<'a> FitWindows<'a> {
         Self { sample, fit, windows, chosen, lanes }
     }
 
-    /// Simulation points of the windows in `system`, whose parameters from index `first` on have the values
+    /// Simulation points of the windows in `system`. Its parameters from index `first` on have the values
     /// `further`.
     fn points<'s>(&'s self, system: &'s dyn System, first: usize, further: &[f64]) -> Vec<Point<'s>> {
         let (h, theta) = (&self.fit.hypothesis, &self.fit.theta);
@@ -147,7 +147,7 @@ impl<'a> FitWindows<'a> {
         .collect()
     }
 
-    /// Rows of each window: sensitivities to theta, and the residual.
+    /// Computes the rows of each window: sensitivities to theta (the shared parameters), and the residual.
     pub fn rows(&self, blocks: &Blocks) -> Rows {
         let h = &self.fit.hypothesis;
         let points = self.points(&*h.system, h.system.parameters().len(), &[]);
@@ -162,7 +162,7 @@ impl<'a> FitWindows<'a> {
         Rows { width, windows }
     }
 
-    /// Projected rows of one window from its rows in all lanes.
+    /// Projects the nuisances out of one window's rows; `values` are its rows with all derivatives.
     fn window(
         &self,
         w: usize,
@@ -218,8 +218,8 @@ impl<'a> FitWindows<'a> {
         }
     }
 
-    /// Projected columns of each window: sensitivities to the parameters of `system` from index `first` on,
-    /// at the values `further`. Rows of priors come last.
+    /// Sensitivities of each window's residuals to the parameters of `system` from index `first` on, as
+    /// projected columns. They are computed at the values `further`; rows of priors come last.
     pub fn columns(&self, rows: &Rows, system: &dyn System, first: usize, further: &[f64]) -> Vec<Vec<f64>> {
         let points = self.points(system, first, further);
         let parameters: Vec<Seed> = (first..first + further.len()).map(Seed::Parameter).collect();
@@ -236,8 +236,8 @@ impl<'a> FitWindows<'a> {
         })
     }
 
-    /// Change of the prediction of each window from the fit to `system` with these parameter values, as one
-    /// projected column; not finite where the system cannot be simulated.
+    /// Change of each window's prediction from the fit to `system` with the parameter values `further`, as
+    /// one projected column. Not finite where the system cannot be simulated.
     pub fn change(&self, rows: &Rows, system: &dyn System, first: usize, further: &[f64]) -> Vec<Vec<f64>> {
         let points = self.points(system, first, further);
         let seeds: Vec<&[Seed]> = self.windows.iter().map(|_| &[][..]).collect();
@@ -254,7 +254,8 @@ impl<'a> FitWindows<'a> {
 
 #[cfg(test)]
 impl Rows {
-    /// Rows of windows of a linear model without nuisances: sensitivities, residual and block of each row.
+    /// Rows of windows of a linear model without nuisances, given sensitivities, residual and block of each
+    /// row.
     pub fn of_linear_windows(windows: &[Vec<(Vec<f64>, f64, u16)>]) -> Self {
         let width = windows.first().and_then(|rows| rows.first()).map_or(1, |r| r.0.len() + 1);
         let window = |rows: &Vec<(Vec<f64>, f64, u16)>| WindowRows {

@@ -12,10 +12,10 @@ use crate::record::ChosenRecords;
 use crate::statistics::{hotelling_tail, median};
 use augsim_system::{Effect, NORMAL_95};
 
-/// Probability that a 95 % interval does not contain the truth.
+/// Probability that a 95 % interval does not contain the true value.
 const OUTSIDE_95: f64 = 0.05;
 
-/// A fitted set of additions.
+/// A fitted set of additions with its evidence, from which its scores are computed.
 #[derive(Clone, Debug)]
 pub(crate) struct Scored {
     pub fit: Fit,
@@ -34,26 +34,29 @@ impl Scored {
         &self.fit.hypothesis.additions
     }
 
-    /// Sorted labels of the additions: the key of the set.
+    /// Sorted labels of the additions, which identify the set.
     pub fn key(&self) -> Vec<String> {
         labels(self.additions())
     }
 
-    /// Whether the fit succeeded: all numbers are finite.
+    /// Whether the fit succeeded, so that all its numbers are finite.
     pub fn is_finite(&self) -> bool {
         self.fit.cost.is_finite()
             && self.fit.theta.iter().all(|v| v.is_finite())
             && self.evidence.cost.is_finite()
     }
 
-    /// Gain over another set on the same data, nats, with the share `independent` of independent residuals.
+    /// Gain in log predictive density over another set on the same data, nats. `independent` is the share of
+    /// independent residuals, which alone count.
     pub fn gain_over(&self, other: &Self, independent: f64) -> f64 {
         0.5 * independent * (other.evidence.cost - self.evidence.cost)
     }
 
-    /// p-value of each addition: of its coefficients, by their leave-one-out scatter (Hotelling's T
-    /// squared), or of its gain over blocks for additions without coefficients and for tables, which have
-    /// more knots than blocks can resolve. `without` is the evidence of the set without an addition.
+    /// p-value of each addition of the set.
+    ///
+    /// It is that of its coefficients, by their leave-one-out scatter (Hotelling's T squared), or that of its gain
+    /// over blocks for additions without coefficients and for tables, which have more knots than blocks can
+    /// resolve. `without` is the evidence of the set without an addition.
     pub fn p_values<'s>(&self, without: &dyn Fn(usize) -> Option<&'s Evidence>) -> Vec<f64> {
         (0..self.additions().len())
             .map(|number| match self.coefficients(number) {
@@ -66,18 +69,18 @@ impl Scored {
             .collect()
     }
 
-    /// The 95 % intervals of theta and of linear combinations of its entries.
+    /// Calculator of 95 % intervals for theta (the shared parameters) and linear combinations of its entries.
     pub fn intervals(&self) -> Intervals {
         Intervals::new(&self.fit.information, &self.evidence.clusters())
     }
 
-    /// The linear combination that is the entry `i` of theta.
+    /// Factors of the linear combination that equals entry `i` of theta.
     fn unit(&self, i: usize) -> Vec<f64> {
         (0..self.fit.theta.len()).map(|j| f64::from(u8::from(i == j))).collect()
     }
 
-    /// 95 % intervals of theta, clipped to the bounds; the bounds themselves for entries that are not
-    /// identifiable.
+    /// 95 % intervals of theta (the shared parameters), clipped to the bounds. Entries that are not
+    /// identifiable get their bounds.
     pub fn ci95(&self) -> Vec<[f64; 2]> {
         let (fit, intervals) = (&self.fit, self.intervals());
         let is_unidentifiable = unidentifiable(&fit.information);
@@ -93,13 +96,13 @@ impl Scored {
         (0..fit.theta.len()).map(one).collect()
     }
 
-    /// Whether each interval fills its bounds: the data do not determine the parameter.
+    /// For each entry of theta: whether its interval fills its bounds, so that the data do not determine it.
     pub fn fills_bounds(&self, ci95: &[[f64; 2]]) -> Vec<bool> {
         let bounds = self.fit.hypothesis.result_bounds();
         ci95.iter().zip(bounds).map(|([low, high], bounds)| *low <= bounds.0 && *high >= bounds.1).collect()
     }
 
-    /// The 95 % intervals of theta, of no width where the data do not determine a parameter.
+    /// The 95 % intervals of theta, with width 0 where the data do not determine an entry.
     pub fn identified_ci95(&self) -> Vec<[f64; 2]> {
         let mut ci95 = self.ci95();
         let fills = self.fills_bounds(&ci95);
@@ -111,10 +114,11 @@ impl Scored {
         ci95
     }
 
-    /// Covariance of theta, with rows and columns of 0 for entries that the data do not determine.
+    /// Covariance of theta (the shared parameters), with rows and columns of 0 for entries that the data do
+    /// not determine.
     ///
-    /// The covariance under white noise, widened by one factor, the median one of the intervals. A factor for
-    /// each entry would give combinations that are known precisely the uncertainty of their parts.
+    /// It is the covariance under white noise, widened by one factor, the median one of the intervals. A
+    /// factor for each entry would give combinations that are known precisely the uncertainty of their parts.
     pub fn covariance(&self) -> Square {
         let (fit, intervals) = (&self.fit, self.intervals());
         let fills = self.fills_bounds(&self.ci95());
@@ -137,15 +141,15 @@ impl Scored {
         covariance
     }
 
-    /// 95 % interval of the scatter's standard deviation: an estimate from n draws is close to log-normal,
-    /// and a symmetric interval would cover less.
+    /// 95 % interval of the standard deviation of the events' random effect; `None` without one. An estimate
+    /// from n draws is close to log-normal, and a symmetric interval would cover less.
     pub fn scatter_ci95(&self) -> Option<[f64; 2]> {
         let sd = self.fit.hypothesis.scatter?.sd;
         let factor = (1.96 / (2.0 * self.fit.spread.draws.max(1.0)).sqrt()).exp();
         Some([sd / factor, sd * factor])
     }
 
-    /// Correlation matrix of theta, from the information matrix.
+    /// Correlation matrix of the estimates of theta, from the information matrix.
     pub fn correlations(&self) -> Square {
         let mut covariance = self.fit.information.cholesky().inverse();
         let n = covariance.n;
@@ -163,10 +167,10 @@ impl Scored {
         covariance
     }
 
-    /// p-value of coefficients by their scatter over blocks. With fewer than four effective degrees of
-    /// freedom this scatter is unreliable, so the gain of all blocks but the best must be significant as
-    /// well. Coefficients whose 95 % intervals all contain their nulls are not significant: an effect is
-    /// never named with an interval that contradicts it.
+    /// p-value of an addition's coefficients (`entries` of theta) by their scatter over blocks. With fewer
+    /// than four effective degrees of freedom this scatter is unreliable, so the gain of all blocks but the
+    /// best must be significant as well. Coefficients whose 95 % intervals all contain their null values are
+    /// not significant: an effect is never named with an interval that contradicts it.
     fn p_value_of_coefficients(&self, entries: &[usize], off: &[f64], without: Option<&Evidence>) -> f64 {
         let held = entries_at_bounds(&self.fit);
         let is_free: Vec<usize> = (0..entries.len()).filter(|k| !held[entries[*k]]).collect();
@@ -184,14 +188,14 @@ impl Scored {
         if free.iter().zip(&x).any(is_off_null) { p_value } else { p_value.max(OUTSIDE_95) }
     }
 
-    /// Whether an addition is judged by its gain over blocks; its penalty then already accounts for the
-    /// number of candidates.
+    /// Whether addition number `number` is judged by its gain over blocks. Its penalty then already accounts
+    /// for the number of candidates.
     pub fn is_judged_by_gain(&self, number: usize) -> bool {
         self.coefficients(number).is_none() && !matches!(self.additions()[number], Addition::Scatter(_))
     }
 
-    /// Entries of theta of an addition's coefficients, and their distances from null; `None` where the gain
-    /// is judged.
+    /// Entries of theta of an addition's coefficients, and their distances from the null values. `None` for
+    /// additions that are judged by their gain.
     fn coefficients(&self, number: usize) -> Option<(Vec<usize>, Vec<f64>)> {
         let h = &self.fit.hypothesis;
         let range = h.entries_of_addition(number);
@@ -207,8 +211,8 @@ impl Scored {
     }
 }
 
-/// Entries of theta of the coefficients of an effect with entries `range`, and their nulls; shape parameters
-/// have no null.
+/// Entries of theta of the coefficients of an effect with entries `range`, and their null values. Shape
+/// parameters have no null value.
 fn coefficients_of(effect: &Effect, range: std::ops::Range<usize>) -> Vec<(usize, f64)> {
     let width = range.len() / effect.parameters.len().max(1);
     let amounts = effect.amplitude_count.unwrap_or(usize::MAX).saturating_mul(width);
@@ -216,7 +220,7 @@ fn coefficients_of(effect: &Effect, range: std::ops::Range<usize>) -> Vec<(usize
     range.zip(nulls).take(amounts).collect()
 }
 
-/// Distance of each entry of theta from its null; 0 for entries without null.
+/// Distance of each entry of theta from its null value; 0 for entries without null value.
 pub(crate) fn distances_from_nulls(fit: &Fit) -> Vec<f64> {
     let h = &fit.hypothesis;
     let mut off = vec![0.0; fit.theta.len()];
@@ -231,7 +235,7 @@ pub(crate) fn distances_from_nulls(fit: &Fit) -> Vec<f64> {
     off
 }
 
-/// Entries of theta at a bound of the fit.
+/// For each entry of theta: whether it is at a bound of the fit.
 pub(crate) fn entries_at_bounds(fit: &Fit) -> Vec<bool> {
     let bounds = fit.hypothesis.fit_bounds();
     fit.theta.iter().zip(bounds).map(|(t, (low, high))| *t <= low || *t >= high).collect()

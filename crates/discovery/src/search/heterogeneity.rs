@@ -7,15 +7,18 @@ use crate::linear::eliminate;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Information, in the raw unit of the parameter, at or below which a record does not inform it.
+/// Fisher information of a record about a parameter, in the inverse square of the parameter's unit, up to which
+/// the record counts as uninformative about it.
 pub(crate) const MIN_INFORMATION: f64 = 1e-7;
 
-/// Statistic and degrees of freedom of the differences between records in each entry of theta.
+/// Test statistic and degrees of freedom of the differences between records, for each entry of theta (the
+/// shared parameters).
 pub(crate) fn heterogeneity(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<(f64, f64)> {
     differences(sample, &parts(sample, fit))
 }
 
-/// Evidence of each window on the entries of theta: entry, curvature, gradient.
+/// For each window, its contribution to the cost in each shared parameter: (index in theta, curvature,
+/// gradient). The nuisances of the window are eliminated; curvature and gradient are those of half the cost.
 pub(crate) fn parts(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<Vec<(usize, f64, f64)>> {
     let h = &fit.hypothesis;
     let lanes: Vec<Lanes> = sample.windows().into_iter().map(|at| Lanes::new(h, at, &[])).collect();
@@ -29,8 +32,8 @@ pub(crate) fn parts(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<Vec<(usize, f6
         .collect()
 }
 
-/// Differences between records, from the evidence of the windows: statistic and degrees of freedom for each
-/// entry of theta.
+/// Test statistic and degrees of freedom of the differences between records, for each entry of theta. `parts`
+/// holds (index in theta, curvature, gradient) of half the cost for each window.
 pub(crate) fn differences(sample: &ChosenRecords<'_>, parts: &[Vec<(usize, f64, f64)>]) -> Vec<(f64, f64)> {
     let n = parts.iter().flatten().map(|(t, ..)| t + 1).max().unwrap_or(0);
     let (mut q, mut sum_u, mut sum_s, mut count) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);

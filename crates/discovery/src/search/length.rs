@@ -10,24 +10,25 @@ use crate::prepare::Prepared;
 use crate::records::View;
 use crate::score::{BLOCKS, Scored, entries_at_bounds};
 
-/// Number of successive longer lengths without improvement after which the trial ends.
+/// Number of successive longer windows without improvement after which the trial of lengths ends.
 const MAX_WORSE_LENGTHS: usize = 2;
 
-/// Growth of the root mean square residual on doubling the length beyond which a fit is lost. A white force
-/// noise makes it grow by 2^1.5 = 2.8 in a position; faster growth is an instability or a local minimum.
+/// Growth of the root mean square residual on doubling the window length above which the fit counts as
+/// failed. A white force noise makes it grow by 2^1.5 = 2.8 in a position; faster growth is an instability or
+/// a local minimum.
 const MAX_RESIDUAL_GROWTH: f64 = 4.0;
-/// Increase of the mean log variance for each parameter at a bound: larger than any difference of log
+/// Increase of the mean log variance for each parameter at a bound. It is larger than any difference of log
 /// variances.
 const BOUND_PENALTY: f64 = 1e3;
 
-/// Calibrates the declared model over windows of the best length.
+/// Calibrates the declared model over windows of the best length; returns the windows and the fit.
 pub(crate) fn calibrate_windows(prepared: &Prepared, chosen: &[usize]) -> (View, Scored) {
     let view = View::new(prepared, chosen, 1);
     let fitted = calibrate(&view.sample());
     choose_window_length(prepared, chosen, view, fitted)
 }
 
-/// Refits a set over windows of the best length; `from` is its fit over the shortest windows, those of
+/// Refits a set over windows of the best length. `from` is its fit over the shortest windows, those of
 /// `view`.
 pub(crate) fn choose_window_length(
     prepared: &Prepared,
@@ -63,7 +64,7 @@ pub(crate) fn choose_window_length(
     (view, fitted)
 }
 
-/// Whether the residuals grow so much from one length to the next that the fit is lost.
+/// Whether the residuals grow so much from the shorter to the longer windows that the fit has failed.
 fn is_fit_lost(short: &Scored, long: &Scored) -> bool {
     let [short, long] = [short, long].map(|s| {
         let sums = s.fit.residual_norms.iter().fold([0.0, 0.0], |sum, [q, n]| [sum[0] + q, sum[1] + n]);
@@ -72,21 +73,21 @@ fn is_fit_lost(short: &Scored, long: &Scored) -> bool {
     long.is_nan() || long > MAX_RESIDUAL_GROWTH * MAX_RESIDUAL_GROWTH * short.max(1.0)
 }
 
-/// Refits a set over other windows, with initial states estimated anew at its parameters.
+/// Refits a set over other windows, with initial states estimated again at the fitted parameters.
 pub(crate) fn refit_on(view: &View, from: &Fit) -> Fit {
     let sample = view.sample();
     let starts = fit_nuisance(&sample, &from.hypothesis, &from.theta, &[]);
     fit(&sample, &from.hypothesis, &from.theta, &starts.nuisance)
 }
 
-/// One standard error of the difference of two mean log variances: an estimated variance with n degrees of
-/// freedom has a log variance of 2/n.
+/// One standard error of the difference of two mean log variances. A variance estimated with n degrees of
+/// freedom has a log whose variance is 2/n.
 fn log_variance_error() -> f64 {
     (2.0 / (BLOCKS - 1) as f64).sqrt()
 }
 
-/// Mean log variance of the parameters; infinite where a fit failed. Parameters at a bound have no variance
-/// and add [`BOUND_PENALTY`] each.
+/// Mean log variance of the parameters over blocks; infinite where the fit failed. Parameters at a bound have
+/// no variance and add [`BOUND_PENALTY`] each.
 fn mean_log_variance(scored: &Scored) -> f64 {
     if !scored.is_finite() {
         return f64::INFINITY;

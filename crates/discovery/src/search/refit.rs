@@ -13,37 +13,39 @@ use crate::search::heterogeneity::heterogeneity;
 use crate::statistics::chi2_tail;
 use augsim_system::{Per, ScatterPer, System};
 
-/// Level of the whole procedure: probability that data of a complete model name an effect.
+/// Level of the whole search: probability that an effect is named although the model is complete.
 pub(crate) const ALPHA: f64 = 0.01;
-/// Maximum initial offset of the events' parameter, in units of the largest scatter.
+/// Maximum initial offset of the events' parameter, in units of the largest standard deviation of its random
+/// effect.
 const MAX_INITIAL_OFFSET: f64 = 0.6;
-/// Initial value of an addition without estimate, as a fraction of its typical size.
+/// Initial value of an addition without an estimate, as a fraction of its typical size.
 const INITIAL_FRACTION: f64 = 0.2;
 
-/// Penalty of an addition at a single grid point, nats.
+/// Penalty of an addition that is tried at a single grid point, nats.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Penalty(pub f64);
 
 impl Penalty {
-    /// Penalty of an addition: it grows with the number of grid points at which it is tried.
+    /// Penalty of an addition, nats. It grows with the number of grid points at which the addition is tried.
     pub fn of_addition(self, addition: &Addition) -> f64 {
         self.0 + addition.grid_points().ln()
     }
 
-    /// Penalty of a set.
+    /// Penalty of a set of additions, nats.
     pub fn of_set(self, additions: &[Addition]) -> f64 {
         additions.iter().map(|addition| self.of_addition(addition)).sum()
     }
 }
 
-/// Initial values of additions; additions without an entry start at a fraction of their typical size.
+/// Initial parameter values of additions. Additions without an entry start at a fraction of their typical
+/// size.
 pub(crate) type InitialValues = Vec<(Addition, Vec<f64>)>;
 
-/// Context of a search: data in windows of one length, and the candidates.
+/// Context of a search: data in windows of one length, and the candidate effects.
 pub(crate) struct Search<'a> {
     pub view: &'a View,
     pub library: Vec<Addition>,
-    /// Number of tested candidates: those of the library, and two kinds of random effects.
+    /// Number of tested candidates: those in `library`, and two kinds of random effects.
     pub candidates: f64,
     pub clock: Clock,
 }
@@ -57,12 +59,13 @@ impl<'a> Search<'a> {
         Self { view, library, candidates, clock: clock.clone() }
     }
 
-    /// Penalty of an effect: the log odds against one of this many candidates by chance.
+    /// Penalty of an effect tried at one grid point: the log odds against one of this many candidates by
+    /// chance.
     pub fn penalty(&self) -> Penalty {
         Penalty((self.candidates / ALPHA).ln())
     }
 
-    /// Level at which the coefficients of an addition are significant, corrected for the number of
+    /// Level at which the coefficients of an addition must be significant, corrected for the number of
     /// candidates and grid points.
     pub fn level(&self, addition: &Addition) -> f64 {
         ALPHA / (self.candidates * addition.grid_points())
@@ -76,13 +79,13 @@ impl<'a> Search<'a> {
         &*self.sample().data.system
     }
 
-    /// Index of the events' parameter, if the system has events.
+    /// Index of the events' parameter in the system's parameters; `None` if the system has no events.
     pub fn event_parameter(&self) -> Option<usize> {
         self.system().schema().event.as_ref().map(|e| e.parameter)
     }
 
-    /// Fits `additions`, warm-started from `from`: shared parameters keep their values, others start at
-    /// `starts`.
+    /// Fits `additions`, starting from the fit `from`. Shared parameters keep their values; new additions
+    /// start at `starts`.
     pub fn refit(&self, from: &Fit, additions: &[Addition], starts: &InitialValues) -> Scored {
         let sample = self.sample();
         let mut h = Hypothesis::new(sample.data, additions);
@@ -103,8 +106,8 @@ impl<'a> Search<'a> {
     }
 
     /// Refits from other grid points if a shape parameter of a new effect reached a bound, and keeps the
-    /// better fit: far from the solution, a jump fits better the narrower it is, so that its width shrinks
-    /// to the bound.
+    /// better fit. Far from the solution, a jump fits better the narrower it is, so that its width shrinks to
+    /// the bound.
     fn retry_shapes(&self, found: Fit, starts: &InitialValues) -> Fit {
         let system = self.system();
         let mut best = found;
@@ -136,7 +139,8 @@ impl<'a> Search<'a> {
         best
     }
 
-    /// Initial theta of a hypothesis.
+    /// Initial theta (shared parameters) of hypothesis `h`, from the fit `from` and the values `starts` of
+    /// new additions.
     fn initial_theta_for(&self, from: &Fit, h: &Hypothesis, starts: &InitialValues) -> Vec<f64> {
         let previous = &from.hypothesis;
         let base = h.declared_entries();
@@ -165,8 +169,8 @@ impl<'a> Search<'a> {
         theta
     }
 
-    /// Initial nuisances of the windows: offsets of the events' parameter are dropped, or start at its rough
-    /// values.
+    /// Initial nuisances of the windows, from those of the fit `from`. If the random effect of the events
+    /// changes, their offsets are dropped or start at rough values.
     fn initial_nuisances(&self, from: &Fit, h: &Hypothesis, theta: &[f64]) -> Vec<Vec<f64>> {
         let is_same_scatter = from.hypothesis.scatter.map(|s| s.per) == h.scatter.map(|s| s.per);
         let Some(event) = self.event_parameter().filter(|_| !is_same_scatter) else {
@@ -197,20 +201,21 @@ impl<'a> Search<'a> {
         sample.windows().into_iter().zip(&from.nuisance).map(initial).collect()
     }
 
-    /// Largest allowed standard deviation of the event offsets, in the unit of the parameter.
+    /// Largest allowed standard deviation of the events' random effect, in the unit of the parameter.
     fn max_scatter_sd(&self) -> f64 {
         let event = self.system().schema().event.as_ref();
         event.and_then(|e| e.scatter.parameters.first()).map_or(f64::INFINITY, |p| p.max)
     }
 
-    /// The random effects that the events' parameter may have; none for a system without events.
+    /// Candidate random effects of the events' parameter: per event and per record. None for a system without
+    /// events.
     pub fn scatters(&self) -> Vec<Addition> {
         let ways = [ScatterPer::Event, ScatterPer::Record];
         let random_effects = ways.iter().filter_map(|&per| Addition::scatter(self.system(), per));
         random_effects.filter(|a| self.view.sample().data.effects.allows(a.kind())).collect()
     }
 
-    /// Whether the events' parameter differs between records with a p-value below `p`.
+    /// Whether the events' parameter differs between records, with a p-value below `p`.
     pub fn do_events_vary(&self, fit: &Fit, p: f64) -> bool {
         let Some(range) = self.event_parameter().and_then(|i| fit.hypothesis.entries_of_parameter(i)) else {
             return false;
@@ -220,7 +225,8 @@ impl<'a> Search<'a> {
         df > 0.0 && chi2_tail(q, df) < p
     }
 
-    /// The simpler effect that an addition becomes at null values of some parameters.
+    /// The simpler effect that an addition becomes at null values of some of its parameters; `None` if there
+    /// is none.
     pub fn simpler_form(&self, addition: &Addition) -> Option<Addition> {
         let kind = addition.listed()?.reduces_to.as_ref()?;
         self.library.iter().find(|a| a.kind() == kind && matches!(a, Addition::Effect(_, Per::All))).cloned()

@@ -9,40 +9,40 @@ use crate::fit::fit_nuisance;
 use crate::score::{Evidence, Scored};
 use rayon::prelude::*;
 
-/// Maximum number of new sets that a round refits with one more effect than the best set. In the first round
-/// all effects compete, and [`MAX_EQUAL_SETS`] more are refitted.
+/// Maximum number of new sets per round that are refitted with one more effect than the best set. In the
+/// first round all effects compete, and [`MAX_EQUAL_SETS`] more are refitted.
 const MAX_LARGER_SETS: usize = 4;
-/// The same with equally many effects.
+/// Maximum number of new sets per round that are refitted with as many effects as the best set.
 const MAX_EQUAL_SETS: usize = 4;
-/// The same with any other number of effects.
+/// Maximum number of new sets per round that are refitted with any other number of effects.
 const MAX_OTHER_SETS: usize = 3;
-/// Maximum deficit, nats, of a set behind the present one in the linear problem for it to be refitted (odds
-/// of 100 to 1).
+/// Maximum deficit of a set behind the present one in the linear problem for it to be refitted, nats (odds of
+/// 100 to 1).
 const MAX_DEFICIT: f64 = 4.6;
-/// Number of sets of each kind that are refitted even beyond [`MAX_DEFICIT`], because the linear problem is
-/// approximate.
+/// Number of sets of each size class that are refitted even beyond [`MAX_DEFICIT`], because the linear
+/// problem is approximate. The classes are one effect more than the best set, as many, and any other number.
 const MIN_SETS_PER_KIND: usize = 1;
-/// Minimum share of the best set's improvement for a set to be refitted.
+/// Minimum improvement of a set for it to be refitted, as a share of the improvement of the best set.
 const MIN_IMPROVEMENT_SHARE: f64 = 0.05;
-/// Maximum number of rounds: each adds or exchanges an effect, and a set has at most five.
+/// Maximum number of search rounds. Each adds or exchanges an effect, and a set has at most five.
 const MAX_ROUNDS: usize = 8;
-/// Number of sets among which the choice is repeated on folds; the others are far behind.
+/// Number of best sets among which the choice is repeated on cross-validation folds; the others are far behind.
 const MAX_FOLD_SETS: usize = 8;
-/// p-value below which event offsets are fitted as a random effect; this only saves fits, as the fit itself
-/// decides.
+/// p-value of differences between records below which event offsets are fitted as a random effect. It only
+/// saves fits, as the fit itself decides.
 const MAX_P_EVENTS_VARY: f64 = 1e-3;
 
-/// Result of a search.
+/// Result of a search: all fitted sets of effects, and the best one.
 pub(crate) struct SearchResult {
-    /// All fitted sets, the calibrated model first.
+    /// All fitted sets of effects; the first is the calibrated model without effects.
     pub sets: Vec<Scored>,
-    /// Index of the best set by gain minus penalty.
+    /// Index of the set with the largest gain minus penalty.
     pub best: usize,
     pub penalty: Penalty,
 }
 
 impl SearchResult {
-    /// The calibrated model alone.
+    /// A result that contains the calibrated model alone.
     pub fn calibrated_only(base: Scored, penalty: Penalty) -> Self {
         Self { sets: vec![base], best: 0, penalty }
     }
@@ -60,7 +60,7 @@ impl SearchResult {
     }
 
     /// Gain of one set over another minus the difference of their penalties, nats. The independent share of
-    /// the residuals is that of the larger set.
+    /// the residuals is that of the set with more effects.
     pub fn margin(&self, one: &Scored, other: &Scored) -> f64 {
         let [a, b] = [one, other].map(|s| s.additions());
         let larger = if a.len() >= b.len() { one } else { other };
@@ -69,7 +69,7 @@ impl SearchResult {
     }
 }
 
-/// Searches from the calibrated model `base` and already fitted sets `known`.
+/// Searches for effects, starting from the calibrated model `base` and the already fitted sets `known`.
 pub(crate) fn run(
     search: &Search<'_>,
     base: Scored,
@@ -108,7 +108,7 @@ pub(crate) fn run(
     found
 }
 
-/// Fits the subsets of the best set, which its significance is compared with.
+/// Fits the subsets of the best set with one effect less, which its significance is judged by.
 pub(crate) fn complete(search: &Search<'_>, found: &mut SearchResult) {
     fit_subsets(search, found);
     update_best(found);
@@ -142,7 +142,7 @@ pub(crate) fn repeat_choice(search: &Search<'_>, base: Scored, known: &SearchRes
     found
 }
 
-/// Finds the best of all fitted sets. Because the independent share differs between sets, three sets may
+/// Updates the best of all fitted sets. Because the independent share differs between sets, three sets may
 /// each be better than the next; visited sets are not revisited.
 fn update_best(found: &mut SearchResult) {
     let mut visited = vec![found.best];
@@ -163,12 +163,12 @@ fn update_best(found: &mut SearchResult) {
     }
 }
 
-/// Whether the present best set is at least as good as `next` if compared from there.
+/// Whether the present best set is also at least as good as `next`, so that replacing it would lead to a cycle.
 fn is_cyclic(found: &SearchResult, next: usize) -> bool {
     found.sets[next].key() != found.best().key() && found.margin(found.best(), &found.sets[next]) >= 0.0
 }
 
-/// New sets to refit in a round, each with initial values of its new additions.
+/// Selects the new sets to refit in a round, each with initial values of its new additions.
 fn sets_to_refit(search: &Search<'_>, found: &SearchResult) -> Vec<(Vec<Addition>, InitialValues)> {
     let best = found.best();
     let sample = search.sample();
@@ -212,7 +212,7 @@ fn sets_to_refit(search: &Search<'_>, found: &SearchResult) -> Vec<(Vec<Addition
     out
 }
 
-/// The additions of a set of the linear problem with initial values of the new ones. Additions without
+/// Converts a set of the linear problem to additions, with initial values of the new ones. Additions without
 /// columns (random effects, groupwise values) are kept.
 fn set_of(problem: &LinearProblem, best: &Scored, chosen: &LinearSet) -> (Vec<Addition>, InitialValues) {
     let has_column = |a: &&Addition| problem.fitted.iter().any(|g| problem.groups[*g].addition == **a);
@@ -231,8 +231,9 @@ fn set_of(problem: &LinearProblem, best: &Scored, chosen: &LinearSet) -> (Vec<Ad
     (additions, starts)
 }
 
-/// Sets that the linear problem cannot evaluate: random effects, effects that act through another, effects
-/// whose promise another effect indicates, and simpler forms.
+/// Sets that the linear problem cannot evaluate, with initial values of their new additions. They contain
+/// random effects, effects that act through another, effects that another promising effect indicates, or
+/// simpler forms.
 fn sets_without_columns(
     search: &Search<'_>,
     best: &Scored,
@@ -283,8 +284,8 @@ fn sets_without_columns(
     out
 }
 
-/// Values of a fitted addition for another one that has a subset of its parameters, matched by name; empty
-/// where a name is missing.
+/// Fitted values of addition number `number` for another addition that has a subset of its parameters. They
+/// are matched by name; empty where a name is missing.
 fn shared_values(best: &Scored, number: usize, other: &Addition) -> Vec<f64> {
     let h = &best.fit.hypothesis;
     let listed = h.additions[number].listed().zip(other.listed());
@@ -296,7 +297,7 @@ fn shared_values(best: &Scored, number: usize, other: &Addition) -> Vec<f64> {
     to.iter().map(|p| value(&p.name)).collect::<Option<Vec<f64>>>().unwrap_or_default()
 }
 
-/// Fits the best set without each of its additions.
+/// Fits the best set without each of its additions, unless that subset was fitted before.
 fn fit_subsets(search: &Search<'_>, found: &mut SearchResult) {
     let best = found.best();
     let subsets: Vec<Scored> = (0..best.additions().len())
@@ -308,7 +309,7 @@ fn fit_subsets(search: &Search<'_>, found: &mut SearchResult) {
     found.sets.extend(subsets.into_iter().filter(Scored::is_finite));
 }
 
-/// The additions without one of them, and without those that act through it.
+/// The additions without the one with this number, and without those that act through it.
 pub(crate) fn without(additions: &[Addition], number: usize) -> Vec<Addition> {
     let removed = &additions[number];
     let remains =
@@ -317,23 +318,24 @@ pub(crate) fn without(additions: &[Addition], number: usize) -> Vec<Addition> {
 }
 
 impl SearchResult {
-    /// Evidence of a set without one of its additions, if that was fitted.
+    /// Evidence of a set without its addition number `number`; `None` if that subset was not fitted.
     pub fn evidence_without(&self, set: &Scored, number: usize) -> Option<&Evidence> {
         self.with_key(&labels(&without(set.additions(), number))).map(|s| &s.evidence)
     }
 
-    /// p-value of each addition of a set.
+    /// p-value of each addition of a set, from the fitted subsets.
     pub fn p_values(&self, set: &Scored) -> Vec<f64> {
         set.p_values(&|number| self.evidence_without(set, number))
     }
 
-    /// Drops the least significant addition and refits, until all are significant. Returns the index of the
-    /// remaining set.
+    /// Drops the least significant addition of the set with index `from` and refits, until all additions are
+    /// significant. Returns the index of the remaining set.
     pub fn drop_insignificant(&mut self, search: &Search<'_>, from: usize) -> usize {
         self.drop_insignificant_among(search, from, &|_| true)
     }
 
-    /// The same for the additions that `is_tested` selects; the others stay.
+    /// As [`drop_insignificant`](Self::drop_insignificant), but only for additions that `is_tested` selects;
+    /// the others stay.
     pub fn drop_insignificant_among(
         &mut self,
         search: &Search<'_>,
@@ -365,7 +367,8 @@ impl SearchResult {
         self.p_values(set).iter().enumerate().all(|(n, p)| *p <= significance_level(search, set, n))
     }
 
-    /// Index of a set among the fitted ones; fits it from `from` if it is new.
+    /// Index of the set with these additions among the fitted ones. Fits it, starting from `from`, if it is
+    /// new.
     pub fn index_or_fit(&mut self, search: &Search<'_>, from: &Scored, additions: &[Addition]) -> usize {
         let key = labels(additions);
         if let Some(known) = self.sets.iter().position(|s| s.key() == key) {
@@ -376,8 +379,8 @@ impl SearchResult {
     }
 }
 
-/// Level at which an addition of a set must be significant: corrected for the number of candidates, unless
-/// its gain has paid for it.
+/// Level at which an addition of a set must be significant. It is corrected for the number of candidates,
+/// unless the gain of the addition has exceeded a penalty that accounts for it.
 fn significance_level(search: &Search<'_>, set: &Scored, number: usize) -> f64 {
     if set.is_judged_by_gain(number) { ALPHA } else { search.level(&set.additions()[number]) }
 }

@@ -8,36 +8,38 @@ use crate::statistics::hotelling_tail;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Number of candidates in each step, by gain on all data, whose cross-validated error is computed.
+/// Number of candidates in each step whose cross-validated error is computed: those with the largest gains on
+/// all data.
 const MAX_EVALUATED: usize = 6;
-/// Forward steps that may bring no improvement: two effects that are both needed may each be useless alone.
+/// Number of forward steps that may bring no improvement. Two effects that are both needed may each be
+/// useless alone.
 const MAX_IDLE_STEPS: usize = 2;
-/// Maximum number of effects in a set.
+/// Maximum number of effects in a set of the linear problem.
 pub(crate) const MAX_EFFECTS: usize = 5;
 
-/// A set of groups in the linear problem.
+/// A set of column groups (effects) in the linear problem, with its value.
 #[derive(Clone, Debug)]
 pub(crate) struct LinearSet {
-    /// Groups, in ascending order.
+    /// Indices of the groups of columns in the set, in ascending order.
     pub groups: Vec<usize>,
     /// Gain over the declared model minus penalty, nats.
     pub value: f64,
-    /// Coefficients of the declared columns and of the groups, in order.
+    /// Coefficients of the declared columns, then of the groups' columns, in order.
     pub coefficients: Vec<f64>,
 }
 
-/// A selection run.
+/// A forward, backward and exchange selection of effects in the linear problem.
 struct Selection<'p> {
     problem: &'p LinearProblem,
     blocks: &'p [BlockSums],
     h: Square,
     g: Vec<f64>,
     penalty: Penalty,
-    /// Log squared error of the declared model.
+    /// Log squared prediction error of the declared model on left-out blocks.
     base: f64,
 }
 
-/// All sets that the selection evaluates, best first, including the fitted set.
+/// All sets of effects that the selection evaluates, best first, including the fitted set.
 pub(crate) fn select(problem: &LinearProblem, penalty: Penalty) -> Vec<LinearSet> {
     let selection = Selection::new(problem, &problem.blocks, penalty);
     let mut visited = BTreeMap::new();
@@ -50,13 +52,13 @@ pub(crate) fn select(problem: &LinearProblem, penalty: Penalty) -> Vec<LinearSet
     sets
 }
 
-/// The best set for other residuals, with their sums.
+/// The best set of effects for given residuals, with the sums of products of these residuals.
 pub(crate) struct Selected {
     pub chosen: LinearSet,
     blocks: Vec<BlockSums>,
 }
 
-/// The best set for the block sums `blocks`.
+/// Selects the best set of effects for the sums of products `blocks`.
 pub(crate) fn select_for(problem: &LinearProblem, blocks: Vec<BlockSums>, penalty: Penalty) -> Selected {
     let chosen = best_of(&Selection::new(problem, &blocks, penalty));
     Selected { chosen, blocks }
@@ -69,7 +71,7 @@ pub(crate) fn is_significant(problem: &LinearProblem, set: &Selected, search: &S
     p_values(problem, &set.blocks, groups).iter().zip(groups).all(|(p, g)| *p <= level(g))
 }
 
-/// p-value of the coefficients of each group of a set, by their leave-one-out scatter.
+/// p-value of the coefficients of each group of a set, by their leave-one-out scatter over blocks.
 pub(crate) fn p_values(problem: &LinearProblem, blocks: &[BlockSums], groups: &[usize]) -> Vec<f64> {
     let columns = problem.columns_of(groups);
     let sums: Vec<BlockSums> = blocks.iter().map(|b| b.sub(&columns)).collect();
@@ -92,7 +94,7 @@ pub(crate) fn p_values(problem: &LinearProblem, blocks: &[BlockSums], groups: &[
     p_values.collect()
 }
 
-/// p-value of each group that is compatible with a set, when added to it.
+/// p-value of each group that is compatible with a set, when it is added to the set.
 pub(crate) fn p_values_given(problem: &LinearProblem, set: &[usize]) -> Vec<f64> {
     let p_value = |g: usize| {
         let with = [set, &[g]].concat();
@@ -101,7 +103,7 @@ pub(crate) fn p_values_given(problem: &LinearProblem, set: &[usize]) -> Vec<f64>
     problem.compatible_groups(set).into_par_iter().map(p_value).collect()
 }
 
-/// The best set that a selection from the empty set finds; the empty set if none is better.
+/// The best set that a selection starting from no effects finds; the empty set if none is better.
 fn best_of(selection: &Selection<'_>) -> LinearSet {
     let mut visited = BTreeMap::new();
     selection.walk(&[], &mut visited);
@@ -110,7 +112,7 @@ fn best_of(selection: &Selection<'_>) -> LinearSet {
     sets.fold(none, |best, one| if one.value > best.value { one } else { best })
 }
 
-/// Evaluated sets by their groups; `None` for invalid sets.
+/// Evaluated sets, by the indices of their groups; `None` for invalid sets.
 type Passed = BTreeMap<Vec<usize>, Option<LinearSet>>;
 
 impl<'p> Selection<'p> {
@@ -121,7 +123,7 @@ impl<'p> Selection<'p> {
         new
     }
 
-    /// Improves a set forward, backward and by exchange, until nothing is better.
+    /// Improves the set `from` forward, backward and by exchange, until nothing is better.
     fn walk(&self, from: &[usize], visited: &mut Passed) {
         let Some(mut best) = self.evaluate(from.to_vec(), visited) else { return };
         loop {
@@ -135,7 +137,7 @@ impl<'p> Selection<'p> {
         }
     }
 
-    /// Adds groups one by one, passing over a few steps without improvement.
+    /// Adds groups one by one, continuing over a few steps without improvement; returns the best set.
     fn forward(&self, from: LinearSet, visited: &mut Passed) -> LinearSet {
         let (mut best, mut current, mut idle) = (from.clone(), from, 0);
         while idle < MAX_IDLE_STEPS && current.groups.len() < MAX_EFFECTS {
@@ -152,7 +154,7 @@ impl<'p> Selection<'p> {
         best
     }
 
-    /// Drops groups while that improves the set.
+    /// Drops groups one by one while that improves the set.
     fn backward(&self, from: LinearSet, visited: &mut Passed) -> LinearSet {
         let mut best = from;
         loop {
@@ -168,7 +170,7 @@ impl<'p> Selection<'p> {
         }
     }
 
-    /// Replaces single groups.
+    /// Replaces single groups by others where that improves the set.
     fn exchange(&self, from: LinearSet, visited: &mut Passed) -> LinearSet {
         let mut best = from.clone();
         for k in 0..from.groups.len() {
@@ -183,7 +185,7 @@ impl<'p> Selection<'p> {
         best
     }
 
-    /// The best sets with one more group, by gain on all data.
+    /// The sets with one more group that gain most on all data, at most `most` of them, evaluated.
     fn strongest(&self, groups: &[usize], most: usize, visited: &mut Passed) -> Vec<LinearSet> {
         let mut gains = self.gains(groups);
         gains.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
@@ -204,7 +206,7 @@ impl<'p> Selection<'p> {
         gains.iter().take(most).filter_map(add).collect()
     }
 
-    /// Gain on all data of each group that can be added to a set.
+    /// Gain on all data of each group that can be added to the set `groups`.
     fn gains(&self, groups: &[usize]) -> Vec<(f64, usize)> {
         let columns = self.problem.columns_of(groups);
         let factor = self.h.sub(&columns).cholesky();
@@ -218,8 +220,8 @@ impl<'p> Selection<'p> {
         (0..self.problem.groups.len()).filter(can_join).filter_map(gain).collect()
     }
 
-    /// Gain of group `g` beside `columns`, whose Cholesky factor and projected gradient are given; `None`
-    /// where it is collinear or infeasible.
+    /// Gain on all data of group `g` beside `columns`, whose Cholesky factor and projected gradient are
+    /// given. `None` where the group is collinear with them or its coefficients are infeasible.
     fn gain_of(&self, g: usize, columns: &[usize], factor: &Cholesky, projected: &[f64]) -> Option<f64> {
         let group = &self.problem.groups[g];
         let candidate: Vec<usize> = group.columns.clone().collect();
@@ -253,7 +255,7 @@ impl<'p> Selection<'p> {
         group.is_feasible(&coefficients).then(|| u.iter().map(|x| x * x).sum())
     }
 
-    /// Evaluates a set once; `None` where a column is collinear with others, or a coefficient is infeasible.
+    /// Evaluates a set, once. `None` where a column is collinear with others, or a coefficient is infeasible.
     fn evaluate(&self, groups: Vec<usize>, visited: &mut Passed) -> Option<LinearSet> {
         if let Some(evaluated) = visited.get(&groups) {
             return evaluated.clone();
@@ -263,7 +265,7 @@ impl<'p> Selection<'p> {
         chosen
     }
 
-    /// Gain minus penalty of a set, with its coefficients.
+    /// Computes gain minus penalty of a set, and its coefficients; `None` if a coefficient is infeasible.
     fn score_set(&self, groups: Vec<usize>) -> Option<LinearSet> {
         let columns = self.problem.columns_of(&groups);
         let (error, coefficients) = self.error(&columns);
@@ -282,8 +284,8 @@ impl<'p> Selection<'p> {
         value.is_finite().then_some(LinearSet { groups, value, coefficients })
     }
 
-    /// Log squared prediction error of left-out blocks with some columns, and their coefficients on all
-    /// data.
+    /// Log squared prediction error on left-out blocks of a model with some columns, and their coefficients
+    /// on all data.
     fn error(&self, columns: &[usize]) -> (f64, Vec<f64>) {
         let h = self.h.sub(columns);
         let mut x: Vec<f64> = columns.iter().map(|&c| self.g[c]).collect();
