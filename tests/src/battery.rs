@@ -44,8 +44,7 @@ pub struct Row {
 pub struct Summary {
     /// Number of sets.
     pub sets: usize,
-    /// Number of sets in which the effect is visible, by the penalised likelihood of a fit with the true
-    /// effect.
+    /// Number of sets in which a fit of the true effects has a better penalised likelihood (visible effects).
     pub visible: usize,
     /// Number of visible sets with the exact answer.
     pub exact: usize,
@@ -55,8 +54,7 @@ pub struct Summary {
     pub false_alarms: usize,
     /// Number of sets in which an unlisted effect is reported as explained.
     pub wrongly_explained: usize,
-    /// `(covered, all)`: number of 95 % intervals that contain the true value, and of all intervals of found
-    /// true effects other than random effects.
+    /// `(covered, all)` for the 95 % intervals of parameters of found true effects, except random effects.
     pub covered: (usize, usize),
     /// `(covered, all)` for the 95 % intervals of standard deviations of random effects.
     ///
@@ -280,8 +278,9 @@ fn score_noise(d: &Discovery, truth: &Truth, summary: &mut Summary) -> Score {
     Score { right: is_named && !claims, note }
 }
 
-/// Scores a set with effects: right if the true ones are named, or if they are invisible and no other is
-/// named. A fit of the true effects decides whether they are visible.
+/// Scores a set with effects: right if the true effects are named.
+///
+/// If a fit of the true effects shows that they are invisible, naming none or only true ones is right too.
 fn score_effects(trial: &Trial, summary: &mut Summary) -> Result<Score, String> {
     let (d, truth) = (&trial.found, trial.sealed.truth());
     let (found, expected) = (found_kinds(d), truth_kinds(truth));

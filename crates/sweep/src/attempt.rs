@@ -67,8 +67,9 @@ impl Runner {
         &self.plan
     }
 
-    /// Runs a task on `threads` threads (all cores if `None`), unless it has a result or another process
-    /// runs it.
+    /// Runs a task on `threads` threads (all cores if `None`).
+    ///
+    /// It does not run a task that has a result or that another process runs.
     ///
     /// # Errors
     /// The plan folder is not writable. Errors of the task itself are stored as its failure.

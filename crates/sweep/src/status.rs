@@ -24,7 +24,6 @@ struct Status {
     /// Mean run time of the latest completed tasks, s; `None` if none has a run time.
     seconds_per_task: Option<f64>,
     /// Time until all tasks are done, s, with as many running tasks as now, or one; `None` if unknown.
-    /// unknown.
     seconds_left: Option<f64>,
     /// Expected end of the sweep, seconds since 1970; `None` if no task runs or no run time is known.
     expected_end_unix_s: Option<u64>,

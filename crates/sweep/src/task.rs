@@ -5,8 +5,10 @@ use super::inputs::{Input, sha256};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Number of hexadecimal digits of a task id. With 64 bits, two of a million tasks share an id with a
-/// probability of 1 in 40 million. The plan checks for duplicates.
+/// Number of hexadecimal digits of a task id.
+///
+/// With 64 bits, two of a million tasks share an id with a probability of 1 in 40 million. The plan checks
+/// for duplicates.
 const ID_DIGITS: usize = 16;
 
 /// Everything that determines the result of a task.

@@ -22,8 +22,7 @@ pub struct Target<'a> {
 }
 
 impl Target<'_> {
-    /// Kills the command at its `place`-th system call, then resumes it; returns a description of the defect,
-    /// or `None`.
+    /// Kills the command at its `place`-th system call and resumes it; describes the defect, if any.
     ///
     /// Counts only the calls in [`CHANGING`] if `changing`, else all calls.
     ///

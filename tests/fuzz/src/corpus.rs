@@ -74,8 +74,7 @@ fn generated() -> io::Result<Vec<Case>> {
     ])
 }
 
-/// Five readers that misbehave on purpose, each in one way, to test that the harness notices (see
-/// `tests/corpus.rs`).
+/// Five readers that misbehave on purpose, to test that the harness notices (see `tests/corpus.rs`).
 pub fn deliberate() -> [Reader; 5] {
     let reader = |name, read| Reader { name, envelope: Envelope::Plain, takes_folder: true, read };
     [

@@ -35,8 +35,7 @@ pub enum Envelope {
 }
 
 impl Envelope {
-    /// Mutates `file`, with probability 0.5 inside its container; `donor` is another valid file of the
-    /// format.
+    /// Mutates `file`, with probability 0.5 inside its container; `donor` is another file of the format.
     pub fn mutate(self, rng: &mut Xoshiro256PlusPlus, file: &[u8], donor: &[u8]) -> Vec<u8> {
         let mutated = if rng.random() { self.mutate_content(rng, file, donor) } else { None };
         mutated.unwrap_or_else(|| mutate(rng, file, donor))

@@ -69,8 +69,9 @@ const WORDS: [&str; 30] = [
 const BOUNDARY_INTEGERS: [u64; 12] =
     [0, 1, 0x7f, 0x80, 0xff, 0x7fff, 0xffff, 0x7fff_ffff, 0xffff_ffff, 1 << 40, i64::MAX as u64, u64::MAX];
 
-/// Returns `bytes` after one to six changes; `donor` is a file of the same format, parts of which may be
-/// inserted.
+/// Returns `bytes` after one to six random changes.
+///
+/// `donor` is a file of the same format, parts of which may be inserted.
 pub fn mutate(rng: &mut Xoshiro256PlusPlus, bytes: &[u8], donor: &[u8]) -> Vec<u8> {
     let mut out = bytes.to_vec();
     let changes = 1 + (rng.random_range(0..4u32) * rng.random_range(0..3u32)).min(5);

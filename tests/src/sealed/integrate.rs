@@ -282,8 +282,7 @@ impl<'a> Motion<'a> {
         Some(Impact { normal, tangential, restitution: e, jump })
     }
 
-    /// Integrates the contact as a spring and a damper until the ball leaves the floor; meanwhile the ball
-    /// slides.
+    /// Integrates a contact, on which the ball slides, as a spring and a damper until it leaves the floor.
     fn slide_through_contact(&mut self, impact: &Impact) {
         let damping = -impact.restitution.ln() / self.contact_s;
         let stiffness = (std::f64::consts::PI / self.contact_s).powi(2) + damping * damping;

@@ -159,8 +159,8 @@ impl Laboratory<'_> {
         true_positions
     }
 
-    /// Measures positions `(x, z)` with the distortions, noise and outliers of the camera; returns all x, all
-    /// z.
+    /// Measures positions `(x, z)` with distortions, noise and outliers of the camera; returns `(all x, all
+    /// z)`.
     fn measure(&self, positions: &[(f64, f64)], rng: &mut Xoshiro256PlusPlus) -> (Vec<f64>, Vec<f64>) {
         let (scene, truth) = (self.scene, self.truth);
         let offset = self.parameter(|k| if let Kind::HeightOffset(s) = k { Some(*s) } else { None });

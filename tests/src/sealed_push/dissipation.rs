@@ -5,8 +5,7 @@
 pub enum Surface {
     /// Dissipation `sqrt(|v|² + c² w²)` per sliding force; the number is c, m.
     Ellipsoid(f64),
-    /// Dissipation `(|v|^q + |c w|^q)^(1/q)` per sliding force, `q = p / (p - 1)`; the numbers are c (m) and
-    /// p.
+    /// Dissipation `(|v|^q + |c w|^q)^(1/q)` per sliding force, `q = p / (p - 1)`; the numbers are c (m), p.
     Superellipsoid(f64, f64),
     /// Coulomb friction of patches, each with its position in the body frame (m) and its share of the load.
     Patches(Vec<([f64; 2], f64)>),
@@ -140,8 +139,7 @@ impl Body<'_> {
         (twist(w), force)
     }
 
-    /// Twist of the body, and force on it, when a rod touches it at `r` (inward normal `n`) and moves with
-    /// `u`.
+    /// Twist of the body and force on it when a rod at `r` (inward normal `n`) moves with velocity `u`.
     ///
     /// `friction` returns the coefficient of contact friction at a slip speed. `None` if the rod moves away.
     pub fn pushed_motion(

@@ -27,8 +27,7 @@ pub(super) struct World<'a> {
 /// Pose of the square: position x and y, m, and angle, rad.
 type Pose = [f64; 3];
 
-/// Closest point of the square to a rod centre `p`, outward normal there and gap to the rod, in the body
-/// frame.
+/// For a rod at `p` in the body frame: closest point of the square, outward normal there, and gap (m).
 fn closest(p: [f64; 2]) -> ([f64; 2], [f64; 2], f64) {
     let c = p.map(|x| x.clamp(-HALF_M, HALF_M));
     let d = [p[0] - c[0], p[1] - c[1]];

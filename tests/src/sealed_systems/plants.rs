@@ -13,8 +13,7 @@ pub struct Plant {
     pub rates: fn(&[f64], f64) -> Vec<f64>,
     /// Measured states: index of the state, and standard deviation of its sensor.
     pub outputs: &'static [(usize, f64)],
-    /// `(equation, state)`: index of the equation to which effects are added, and of the state that is
-    /// integrated from it (for a flow the same).
+    /// `(equation, state)`: index of the equation that gets effects, and of the state integrated from it.
     pub law_equation: (usize, usize),
     /// Whether the equation to which effects are added is a balance of forces; else of flows.
     pub is_force: bool,

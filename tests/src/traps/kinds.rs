@@ -9,8 +9,7 @@ pub enum Class {
     Noise,
     /// The log is faulty; rejection of the data is right, or any verdict that names no absent effect.
     Logging,
-    /// The true system has a defect outside the library; a verdict that reports it without an effect is
-    /// right.
+    /// The true system has an unlisted defect; a verdict that reports it and names no effect is right.
     Defect,
     /// The true system has an effect that the model declares too; `nothing-to-add` is right.
     Declared,
@@ -23,8 +22,7 @@ pub enum Noise {
     White,
     /// AR(1) errors with this correlation from one sample to the next and the same variance as white ones.
     Correlated(f64),
-    /// Values rounded to multiples of this many standard deviations, after white noise of 0.3 standard
-    /// deviations.
+    /// Values rounded to multiples of this many standard deviations, after white noise of 0.3 of them.
     Quantised(f64),
     /// White noise plus errors of 2 % of the measured value.
     Multiplicative,

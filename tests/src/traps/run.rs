@@ -19,15 +19,13 @@ pub struct Summary {
     pub right: usize,
     /// Number of sets in which an effect was claimed that is not in the truth.
     pub absent_effects: usize,
-    /// `(sets, alarms)`: number of sets in which only noise or sampling is unusual, and of those with another
-    /// verdict than `nothing-to-add`.
+    /// `(sets, alarms)`: sets with only unusual noise or sampling; of these, verdicts not `nothing-to-add`.
     pub alarms: (usize, usize),
     /// Number of sets whose data were rejected.
     pub refusals: usize,
     /// Number of sets in which the program failed in another way.
     pub failures: usize,
-    /// `(sets, wrong)`: number of sets whose model declares the true effect, and of those with a wrong
-    /// answer.
+    /// `(sets, wrong)`: number of sets whose model declares the true effect; of these, wrong answers.
     pub declared: (usize, usize),
     /// Duration of the discovery on each set, s.
     pub seconds: Vec<f64>,

@@ -93,8 +93,9 @@ pub fn simulate(
     motion
 }
 
-/// State after one Runge-Kutta step; `rates` takes a state and 0, 1 or 2 for start, middle and end of the
-/// step.
+/// State after one Runge-Kutta step of length `dt`.
+///
+/// `rates` takes a state and 0, 1 or 2 for start, middle and end of the step.
 fn runge_kutta(state: &State, dt: f64, rates: impl Fn(&State, usize) -> State) -> State {
     let shifted = |k: &State, by: f64| std::array::from_fn(|i| state[i] + by * k[i]);
     let k1 = rates(state, 0);

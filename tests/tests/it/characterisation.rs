@@ -69,8 +69,7 @@ fn sessions() -> Discovery {
     answer_push(&model, &Dataset::from_names(&names, [morning, evening].concat()).expect("well formed"))
 }
 
-/// Runs the discovery on the fixture; if `grouped`, alternate trajectories are two groups with own
-/// restitution.
+/// Runs the discovery on the fixture; if `grouped`, two groups of trajectories have own restitutions.
 fn fixture(grouped: bool) -> Discovery {
     let folder = workspace().join("fixtures/sealed");
     let data = read_csv(&folder.join("bounces.csv"), MissingCells::default()).expect("the fixture");

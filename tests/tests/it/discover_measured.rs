@@ -9,8 +9,7 @@ use augsim_data::convert::CONVERTERS;
 use augsim_discovery::{Discovery, Options, Verdict, discover};
 use augsim_physics::model::Model;
 
-/// Converts the measured data set `name`; returns it with the text of its model file, or `None` if it is
-/// missing.
+/// Converts the measured set `name`; returns it with its model file, or `None` if it is missing.
 fn measured(name: &str) -> Option<(Dataset, String)> {
     let folder = shared_data(name)?;
     let (_, convert) = CONVERTERS.iter().find(|(set, _)| *set == name).expect("a converter");

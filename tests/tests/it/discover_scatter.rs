@@ -26,8 +26,7 @@ fn found(data: &Dataset) -> Discovery {
     discover(&model, data, &Options::default(), &mut |_| {}).expect("an answer")
 }
 
-/// Random effect of an answer: drawn `per` impact or trajectory, its standard deviation, and the 95 %
-/// interval of that.
+/// Random effect of an answer: drawn per `impact` or `trajectory`, its standard deviation and interval.
 fn scatter(found: &Discovery) -> (&str, f64, [f64; 2]) {
     let effect = found.effects.iter().find(|e| e.kind == "restitution-scatter").expect(&found.sentence);
     let sd = &effect.parameters["sd"];

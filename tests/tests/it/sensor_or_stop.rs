@@ -30,8 +30,9 @@ full_V = "k2_per_s * pump_V - k1 * sqrt(full_V)"
 level_V = { value = "full_V", sd = "estimate", range = [0.0, 8.0] }
 "#;
 
-/// CSV text of one recording of a leaking tank whose level cannot exceed `full`; the pump changes every
-/// minute.
+/// CSV text of one recording of a leaking tank whose level cannot exceed `full`.
+///
+/// The pump changes every minute.
 fn recording(full: f64) -> String {
     let mut csv = "trajectory,t_s,pump_V,level_V\n".to_owned();
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(12_345);

@@ -30,8 +30,7 @@ struct Constant {
     guards: String,
 }
 
-/// Name and value of a line `const NAME: f64 = VALUE;` of any visibility; `None` for other types than
-/// numbers.
+/// Name and value of a numeric constant in a line `const NAME: f64 = VALUE;`; `None` for other lines.
 fn constant(line: &str) -> Option<(&str, &str)> {
     let line = line.trim_start();
     let rest =

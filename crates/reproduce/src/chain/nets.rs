@@ -35,8 +35,7 @@ pub struct Chain<'a> {
     pub calibrated: Engine,
     /// Simulator of the augmented model (declared model and discovered effects).
     pub augmented: Engine,
-    /// Forecasts of the augmented model if they are not a single roll-out, as with random effects; else
-    /// `None`.
+    /// Forecasts of the augmented model if they need samples (random effects); `None` for a single roll-out.
     pub scattered: Option<&'a dyn Forecaster>,
     /// Number of trajectories that the discovery read.
     pub read: usize,

@@ -11,8 +11,9 @@ use serde::Serialize;
 
 /// Name of the set of laboratory pushes, and of its report folder.
 pub const LABORATORY: &str = "push-laboratory";
-/// Number of training pushes for the discovery: 2 to 3 CPU minutes, as fast pushes with inertia are slow
-/// to simulate.
+/// Number of training pushes that the discovery reads, small to limit its time to 2 to 3 CPU minutes.
+///
+/// Fast pushes with inertia are slow to simulate.
 const LOOP_PUSHES: usize = 120;
 
 /// Discovery and scores on pushes of the virtual laboratory.

@@ -16,8 +16,9 @@ use std::path::{Path, PathBuf};
 /// Folder name of the data set of ball drops that PyBullet simulated.
 pub const PYBULLET: &str = "pybullet-ball";
 
-/// Declared model of the PyBullet set: damping that the data do not have and a restitution of 0.65. The
-/// position noise is a tolerance, because the stepping scheme differs from the exact engine by
+/// Model file of the PyBullet drops: damping that the data do not have, and a restitution of 0.65.
+///
+/// The position noise is a tolerance, because the stepping scheme differs from the exact engine by
 /// centimetres at each bounce.
 const PYBULLET_MODEL: &str = "\
 scenario = \"ball\"

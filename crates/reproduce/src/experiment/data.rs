@@ -217,8 +217,10 @@ impl Data {
         Ok(Data::of_pushes(LABORATORY, source, engine, train, tests, Vec::new()))
     }
 
-    /// Loads published push files. The training set is rect1 on ABS if available, otherwise the pair of
-    /// object and surface with the most pushes; all other pairs are transfer tests.
+    /// Loads published MIT Push files as training and test data.
+    ///
+    /// The training set is rect1 on ABS if available, otherwise the pair of object and surface with the most
+    /// pushes; all other pairs are test sets.
     pub fn published(folder: &Path, plan: &Sizes, seed: u64) -> anyhow::Result<Self> {
         let all = resample(&read_push_dataset(folder)?, PUBLISHED_RATE_HZ)?;
         let mut notes = Vec::new();

@@ -75,8 +75,7 @@ pub struct Layout {
     pub words: [&'static str; 2],
     /// Name of the first point estimate, and the function that picks it from a score.
     pub estimate: (&'static str, fn(&Score) -> &PointError),
-    /// Second point estimate: `(name in results, name in tables, function that picks it)`; an empty name is
-    /// hidden.
+    /// Second point estimate: name in results, name in tables (empty: not shown), function that picks it.
     pub second: (&'static str, &'static str, fn(&Score) -> &PointError),
     /// Name and definition of each error of a point estimate.
     pub errors: &'static [(&'static str, Figure)],

@@ -58,8 +58,7 @@ impl Finished {
 }
 
 impl Experiment {
-    /// Trains and scores all models in the claimed folder; returns `None` if interrupted (continue with
-    /// `--resume`).
+    /// Trains and scores all models in the claimed folder; returns `None` if interrupted.
     ///
     /// `truth` is the test set whose lower error bound is computed.
     pub fn run(
@@ -252,8 +251,7 @@ impl Experiment {
         Ok(Row::floor(layout, errors, [floor.crps_height_m.mean, floor.crps_velocity_m_s.mean]))
     }
 
-    /// Compares samples of the models with the virtual laboratory on one repeated push; `None` if not
-    /// planned.
+    /// Compares samples of models with the virtual laboratory on one repeated push; `None` if not planned.
     fn clouds(
         &self,
         gp: Option<&GpPush>,

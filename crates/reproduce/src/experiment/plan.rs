@@ -14,8 +14,7 @@ pub struct NetPlan {
     pub iterations: u64,
 }
 
-/// Plan of an experiment: networks are trained on one set and scored on test sets, next to the physics.
-/// Other parts are optional.
+/// Plan of an experiment: networks to train on one set and to score on test sets, beside the physics.
 #[derive(Debug, Clone)]
 pub struct Experiment {
     /// Command that repeats the experiment.

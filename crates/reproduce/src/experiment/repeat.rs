@@ -56,8 +56,9 @@ pub struct Clouds {
     pub result: Repeated,
 }
 
-/// Samples each model once per push of a second set, from its first poses, and compares the samples and
-/// the second set with the first set.
+/// Compares samples of the models, and a second set of true pushes, with a first set of true pushes.
+///
+/// Each model is sampled once per push of the second set, from the push's first pose.
 pub fn compare(repeats: usize, seed: u64, models: &[(String, &dyn Forecaster)]) -> anyhow::Result<Clouds> {
     let make = |k: u64| -> anyhow::Result<Sequences> {
         let recipe = recipe(PushDesign::Repeat, "rect1", "abs", repeats)?;

@@ -104,8 +104,7 @@ impl Row {
         }
     }
 
-    /// Makes the row of the lowest possible errors: those of the median given the first state, without
-    /// samples.
+    /// Makes the row of the lowest possible errors: of the median given the first state, without samples.
     pub fn floor(layout: &'static Layout, errors: [f64; 3], crps: [f64; 2]) -> Self {
         Row {
             data: None,

@@ -15,8 +15,9 @@ use augsim_trainer::filter::{
 const NOISE_FACTORS: [f64; 5] = [1.0, 1.4, 2.0, 2.8, 4.0];
 /// Candidate spread factors: factors of the distances of the samples from their median.
 const SPREAD_FACTORS: [f64; 10] = [1.0, 1.2, 1.4, 1.7, 2.0, 2.4, 2.8, 3.4, 4.0, 4.8];
-/// Minimum coverage of the 90 % bands on training values. One in ten flights ends at the net or an edge,
-/// which the bands should not include.
+/// Minimum coverage of the 90 % bands on training values (as a fraction).
+///
+/// One in ten flights ends at the net or an edge, which the bands should not include.
 const MIN_COVERAGE90: f64 = 0.8;
 
 /// `(rows, seed)`: numbers of measured rows `[trajectory][prefix]`, and the seed of the forecasts.

@@ -58,8 +58,7 @@ struct ResultFile {
     /// Frame period of the camera, s; the next field is the jitter of the time stamps, s.
     frame_s: f64,
     jitter_s: f64,
-    /// Noise of the positions, m; the next field is the factor on it with the best forecasts of training
-    /// flights.
+    /// Noise of the positions, m; the next field is its factor with the best forecasts in training.
     noise_m: Vec<f64>,
     noise_factor: f64,
     /// Spread factor of the physics for each prefix length, chosen for nominal coverage on training flights.
@@ -207,8 +206,7 @@ struct Learned {
 }
 
 impl Learned {
-    /// Learns priors, noise and corrections from the training flights, with the model that has a spin per
-    /// flight.
+    /// Learns priors, noise and corrections from training flights, with a model that has a spin per flight.
     fn from_training_flights(
         with_spin_effect: &str,
         train: &Dataset,

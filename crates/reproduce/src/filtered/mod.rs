@@ -65,8 +65,9 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     Ok(Outcome::Done)
 }
 
-/// Returns the data folder of a scenario: its own set, or a set in the folder of all sets; `None` if
-/// data are generated.
+/// Returns the data folder of a scenario; `None` if data are generated.
+///
+/// The folder is `data` itself, or a set in `data`, the folder of all sets.
 fn data_of(part: Part, data: Option<&Path>) -> Option<PathBuf> {
     let data = data?;
     let (name, file) = match part {

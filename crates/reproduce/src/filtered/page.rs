@@ -61,9 +61,10 @@ pub fn table(
     }
 }
 
-/// Draws forecasts of one column of a trajectory with increasing prefixes on the same scale. `values`
-/// are those of the column at `times`; each forecast has the number of measured rows and its samples
-/// `[rest, S, sample]`.
+/// Draws forecasts of one column of a trajectory with increasing prefixes on the same scale.
+///
+/// `values` are those of the column at `times`. Each forecast has the number of measured rows and its samples
+/// `[forecast rows, columns, sample]`.
 pub fn fans(
     (label, unit): (&str, &str),
     (times, values): (&[f64], &[f64]),

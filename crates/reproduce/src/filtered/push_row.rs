@@ -24,8 +24,7 @@ pub struct Row {
     /// Position error (mm) of the median over the last 70 % of the samples, the same for every prefix length.
     pub late_position_mm: f64,
     pub late_rotation_deg: f64,
-    /// Continuous ranked probability score of the position (mm) over the forecast rows; next field: of the
-    /// angle.
+    /// Continuous ranked probability score of the position (mm) over forecast rows; next field: of the angle.
     pub crps_mm: f64,
     pub crps_deg: f64,
     pub coverage50: Option<f64>,

@@ -83,8 +83,7 @@ fn table(league: &League, set: &str, keys: &[Key]) -> Table {
     }
 }
 
-/// Makes a learning-curve figure of column `key`: one line per model over the number of training
-/// trajectories.
+/// Makes the figure of column `key` over the number of training trajectories, with a line per model.
 fn curve(league: &League, key: &Key) -> Figure {
     let x = Axis::log("training trajectories", "");
     let mut line = Line::new(&format!("{} ({})", key.title, key.unit), x, Axis::log(key.title, key.unit));

@@ -197,8 +197,7 @@ impl Runs<'_> {
         Ok(Some(out))
     }
 
-    /// Trains a model class on `train` with several seeds; returns its row on the first test set, or `None`
-    /// if interrupted.
+    /// Trains a model class with several seeds; returns its row on the first test set, `None` if interrupted.
     pub fn train_at_size(
         &self,
         recipe: Recipe,

@@ -20,9 +20,10 @@ pub struct Sizes<'a> {
 }
 
 impl Sizes<'_> {
-    /// Returns the rows of the best classes (by mean CRPS) on the first test set, one per class and
-    /// size, with the settings of the table; `None` if interrupted. A row of the table is reused if its
-    /// size matches.
+    /// Returns the learning-curve rows of the best classes on the first test set; `None` if interrupted.
+    ///
+    /// There is one row per class and size, trained with the settings chosen for the table. A row of the
+    /// table is reused if its size matches.
     pub fn rows(&self, runs: &Runs<'_>, table: &[Scored]) -> anyhow::Result<Option<Vec<Row>>> {
         let mut out = Vec::new();
         for (recipe, table_row) in best(table) {

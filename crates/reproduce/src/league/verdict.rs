@@ -58,8 +58,10 @@ fn verdict(rows: &[Scored], set: &str, seed: u64) -> Option<Verdict> {
     })
 }
 
-/// States the result of Hybrid+ on a set: number of significantly worse models, models without a
-/// significant difference, and significantly better models.
+/// States in words how Hybrid+ compares with the other models on a test set.
+///
+/// It names the number of significantly worse models, those without a significant difference, and those that
+/// are significantly better.
 fn sentence(set: &str, best: &str, worse: usize, tied: &[String], better: &[String]) -> String {
     let (tied, better) = (tied.join(", "), better.join(", "));
     if best != REFERENCE_MODEL {

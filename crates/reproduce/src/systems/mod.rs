@@ -104,8 +104,9 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     finish(&claim, &result, page, Some(()), text, output)
 }
 
-/// Calibrates and augments the declared model on the training record of a set, and scores all models on the
-/// test record; returns `None` if interrupted.
+/// Calibrates and augments the model of a set, and scores all models; returns `None` if interrupted.
+///
+/// Training uses the training record, scores the test record.
 fn one(
     set: &Set,
     data: &Path,
@@ -184,8 +185,9 @@ fn one(
     }))
 }
 
-/// Computes the error of a model's free run on the test record, in the unit of the table; `None` if the run
-/// diverges.
+/// Computes the error of a model's free run on the test record, in the unit of the table.
+///
+/// `None` if the run diverges.
 fn error(set: &Set, model: &Model, test: &Dataset) -> Option<f64> {
     let list = records(test, model, false).ok()?;
     let runs = free_runs(model, &list, set.burn_in).ok()?;

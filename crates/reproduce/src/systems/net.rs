@@ -26,8 +26,7 @@ pub struct Net {
     /// Coverage of the 50 % band as a fraction; the next field is that of the 90 % band.
     pub coverage50: f64,
     pub coverage90: f64,
-    /// Shrinkage factor of the network's mean corrections, chosen on held-out segments of the training
-    /// record.
+    /// Shrinkage factor of the network's corrections, chosen on held-out segments of the training record.
     pub gain: f64,
     /// Path of the run directory, relative to the results folder.
     pub run: PathBuf,
