@@ -47,8 +47,7 @@ impl<'a> Library<'a> {
         })
     }
 
-    /// Names of the library effects that a user calls `name`. An excluded effect need not apply to the
-    /// model.
+    /// Names of the library effects that a user calls `name`. An excluded effect need not apply to the model.
     fn effects(&self, name: &str, is_excluded: bool) -> anyhow::Result<Vec<String>> {
         let (model, nearest) = match self {
             Library::BuiltIn(model) => {

@@ -27,8 +27,7 @@ pub struct DiscoverRequest {
 /// With 1000 of them, an estimated false-alarm rate of 1 % has a standard error of 0.3 %.
 const MAX_NULL_RUNS: usize = 1000;
 
-/// Share of the time limit of a discovery for the first calibration; the search then fits the parameters
-/// again.
+/// Share of the time limit of a discovery for the first calibration; the search then fits the parameters again.
 const CALIBRATION_SHARE: f64 = 0.5;
 
 /// Data of a discovery whose file is opened, but whose rows are not read yet.
@@ -52,8 +51,7 @@ impl OpenData {
         Ok(Self { from: from.clone(), table })
     }
 
-    /// Sentences on the column taken as time and on the unit conversions of the columns; empty for a
-    /// built-in scenario.
+    /// Sentences on the column taken as time and on the unit conversions of the columns; empty for a built-in scenario.
     pub fn reading(&self, subject: &Subject) -> Vec<String> {
         match (subject, &self.table) {
             (Subject::Equations(model), Some(table)) => table.reading(model),
@@ -130,8 +128,7 @@ pub fn discover_in(
     Ok(Discovered { found, data })
 }
 
-/// Checks the number of null data sets of a request, and that only equation models do without an effect
-/// library.
+/// Checks the number of null data sets of a request, and that only equation models do without an effect library.
 fn check_request(subject: &Subject, wanted: &DiscoverRequest) -> Result<(), Usage> {
     if wanted.options.null_runs > MAX_NULL_RUNS {
         let takes = Takes::AtMost { most: MAX_NULL_RUNS };

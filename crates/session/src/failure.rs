@@ -21,8 +21,7 @@ pub enum Failure {
 }
 
 impl Failure {
-    /// Determines the kind of an error: that of the first error in its chain that has one, else
-    /// [`Failure::Data`].
+    /// Determines the kind of an error: that of the first error in its chain that has one, else [`Failure::Data`].
     pub fn classify(error: &anyhow::Error) -> Self {
         error.chain().find_map(Self::kind_of_cause).unwrap_or(Failure::Data)
     }

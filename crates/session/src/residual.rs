@@ -21,8 +21,7 @@ pub struct NoModel {
 /// Name of the model file in the folder of a discovery.
 pub const MODEL: &str = "model.toml";
 
-/// Builds the physics engine of the model in the discovery folder `run`; also returns notes on unused model
-/// parts.
+/// Builds the physics engine of the model in the discovery folder `run`; also returns notes on unused model parts.
 ///
 /// Its step is the sampling step of the data.
 ///
@@ -54,8 +53,7 @@ pub fn engine_of_file(path: &Path, data: &DataFrom, recipe: Recipe) -> anyhow::R
     engine_with_data_step(&ModelFile::read(path)?, &path.display().to_string(), data, recipe)
 }
 
-/// Builds the engine of an equation model, with integration steps and measurement noise estimated from the
-/// data.
+/// Builds the engine of an equation model, with integration steps and measurement noise estimated from the data.
 fn equations(path: &Path, data: &DataFrom) -> anyhow::Result<(Engine, Vec<String>)> {
     let model = equations::read(path)?;
     let measured = equations::records::read(data.clone(), &model)?;
@@ -64,8 +62,7 @@ fn equations(path: &Path, data: &DataFrom) -> anyhow::Result<(Engine, Vec<String
     Ok((engine, equations::states::notes(&model)))
 }
 
-/// Builds the physics engine of a model in memory, called `place` in messages; also returns notes as
-/// [`engine`] does.
+/// Builds the physics engine of a model in memory, called `place` in messages; also returns notes as [`engine`] does.
 ///
 /// # Errors
 /// As [`engine`].
@@ -79,8 +76,7 @@ pub fn engine_of_model(
     engine_with_data_step(model, place, data, recipe)
 }
 
-/// Builds the engine of a built-in model with the sampling step of the data; also returns notes for the
-/// user.
+/// Builds the engine of a built-in model with the sampling step of the data; also returns notes for the user.
 fn engine_with_data_step(
     model: &ModelFile,
     place: &str,
@@ -140,8 +136,7 @@ fn check_uses_physics(recipe: Recipe) -> Result<(), Usage> {
     Ok(())
 }
 
-/// Axes in which a ball was measured: space (x, y, z) or plane (x, z); `None` if only its height was
-/// measured.
+/// Axes in which a ball was measured: space (x, y, z) or plane (x, z); `None` if only its height was measured.
 fn room(data: &Dataset) -> Option<ThrowAxes> {
     match ["x_m", "y_m", "z_m"].map(|column| data.has_column(column)) {
         [true, true, true] => Some(ThrowAxes::Space),
@@ -150,8 +145,7 @@ fn room(data: &Dataset) -> Option<ThrowAxes> {
     }
 }
 
-/// Mean sampling step of the first trajectory, s; the median step of all trajectories if its clock is
-/// irregular.
+/// Mean sampling step of the first trajectory, s; the median step of all trajectories if its clock is irregular.
 fn step_s(dataset: &Dataset, data: &DataFrom) -> anyhow::Result<f64> {
     let step = dataset.trajectories().iter().find(|t| t.len() > 1).map(|t| {
         let clock = t.time_s();

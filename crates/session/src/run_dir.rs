@@ -1,5 +1,4 @@
-//! The directory of a training run: `config.resolved.toml`, `metrics.jsonl`, `checkpoint.bin`,
-//! `weights.safetensors`.
+//! The directory of a training run: `config.resolved.toml`, `metrics.jsonl`, `checkpoint.bin`, `weights.safetensors`.
 
 use crate::Usage;
 use crate::usage::{Difference, PathFault};

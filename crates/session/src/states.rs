@@ -17,8 +17,7 @@ pub fn has_states(data: &Dataset, engine: &Engine) -> bool {
     data.trajectories().iter().all(is_complete) && check_rate(data, step_s).is_ok()
 }
 
-/// Estimates the engine's state columns, at the engine's sampling step, from the positions of the
-/// trajectories.
+/// Estimates the engine's state columns, at the engine's sampling step, from the positions of the trajectories.
 ///
 /// `None` if the engine has no ball model, with which impacts are found.
 ///

@@ -1,5 +1,4 @@
-//! Example figures of the report: measured trajectories with predictions and residuals; for pushes the
-//! top view.
+//! Example figures of the report: measured trajectories with predictions and residuals; for pushes the top view.
 
 use super::residuals::quantity_of;
 use super::{AFTER, BEFORE, display_unit};
@@ -30,8 +29,7 @@ pub struct Example {
     pub before: Vec<f64>,
     /// Values that the augmented model predicts; empty if no effect was added.
     pub after: Vec<f64>,
-    /// End of the samples that the initial state was fitted to, s; later values are predicted. `None`
-    /// without such samples.
+    /// End of the samples that the initial state was fitted to, s (`None` if to none); later values are predicted.
     pub known_until_s: Option<f64>,
     /// Top view of the motion, for a pushed object; `None` for other systems.
     pub top_view: Option<TopView>,

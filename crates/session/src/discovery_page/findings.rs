@@ -1,5 +1,4 @@
-//! Sections of the report on findings: effects, parameters, unconfirmed effects, candidates, noise, open
-//! questions.
+//! Sections of the report on findings: effects, parameters, unconfirmed effects, candidates, noise, open questions.
 
 use super::{DeclaredParameter, display_unit};
 use augsim_data::Unit;
@@ -211,8 +210,7 @@ pub(super) fn leads(d: &Discovery) -> Vec<Block> {
     vec![Block::Prose(text.to_owned()), Block::Table(table)]
 }
 
-/// Section on open questions: unexplained structure in the residual, equivalent alternatives, the next
-/// experiment.
+/// Section on open questions: unexplained structure in the residual, equivalent alternatives, the next experiment.
 pub(super) fn open_questions(d: &Discovery) -> Vec<Block> {
     let mut blocks = Vec::new();
     if let Some(u) = &d.unexplained {
@@ -247,8 +245,7 @@ pub(super) fn open_questions(d: &Discovery) -> Vec<Block> {
     blocks
 }
 
-/// Section on the candidate models (sets of effects) that were fitted: the best in a table, the others
-/// folded.
+/// Section on the candidate models (sets of effects) that were fitted: the best in a table, the others folded.
 pub(super) fn candidates(d: &Discovery) -> Vec<Block> {
     let list = sorted(&d.candidates);
     if list.is_empty() {

@@ -36,8 +36,7 @@ struct DeclaredModel {
     /// Description of the quantity whose error is reported.
     quantity: String,
     parameters: Vec<DeclaredParameter>,
-    /// Declared standard deviation of the measurement noise, in the unit of the sensor; `None` for an
-    /// equation model.
+    /// Declared standard deviation of the measurement noise, in the unit of the sensor; `None` for an equation model.
     sensor_sd: Option<f64>,
 }
 

@@ -1,8 +1,7 @@
 //! Detects angles in degrees where a model of equations reads radians.
 //!
-//! The data alone do not decide it: a rotor turns by any number of radians. A model with sines or cosines of
-//! the angle does: in the wrong unit it cannot follow even short windows. It is fitted to short windows in
-//! both units.
+//! The data alone do not decide it: a rotor turns by any number of radians. A model with sines or cosines of the angle
+//! does: in the wrong unit it cannot follow even short windows. It is fitted to short windows in both units.
 
 use super::fit::short_fit;
 use augsim_data::checks::{AcceptedChecks, Check, Finding, SuspiciousData};
@@ -77,11 +76,9 @@ fn has_sines(model: &Model) -> bool {
     rates.chain(lets).chain(outputs).any(|tree| tree.nodes.iter().any(|node| is_sine(&node.kind)))
 }
 
-/// Geometric mean of the RMS residuals of all outputs over the shortest windows, in the units of the
-/// recorded values.
+/// Geometric mean of the RMS residuals of all outputs over the shortest windows, in the units of the recorded values.
 ///
-/// The values of `columns` are converted from degrees to radians before the fit. `None` if the model cannot
-/// be fitted.
+/// The values of `columns` are converted from degrees to radians before the fit. `None` if the model cannot be fitted.
 fn relative_residual(model: &Model, records: &[Record], columns: &[usize]) -> Option<f64> {
     let mut records = records.to_vec();
     for record in &mut records {

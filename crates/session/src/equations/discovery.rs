@@ -64,13 +64,11 @@ pub struct CalibratedProblem {
     pub data: Dataset,
     /// Notes for the user on what was fixed or downsampled, one sentence each.
     pub notes: Vec<String>,
-    /// Names of parameters of which only combinations can be identified, one list per such set; one of each
-    /// was fixed.
+    /// Names of parameters of which only combinations can be identified, one list per such set; one of each was fixed.
     pub gauges: Vec<Vec<String>>,
 }
 
-/// Marks parameters identifiable only in combination as not identified, and removes their confidence
-/// intervals.
+/// Marks parameters identifiable only in combination as not identified, and removes their confidence intervals.
 ///
 /// One parameter of each list in `gauges` was fixed at an arbitrary value.
 fn mark_gauges(found: &mut Discovery, model: &mut Model, gauges: &[Vec<String>]) {
@@ -149,9 +147,9 @@ pub fn calibrated_problem(
 
 /// Makes the other parameters of a gauge identifiable: fixes the last one at its declared value.
 ///
-/// A gauge is a set of parameters of which only combinations can be identified. Returns the changed model
-/// and a sentence. `None` if more than one parameter would have to be fixed, which is left to the user, or
-/// if a single parameter has no effect.
+/// A gauge is a set of parameters of which only combinations can be identified. Returns the changed model and
+/// a sentence. `None` if more than one parameter would have to be fixed, which is left to the user, or if a
+/// single parameter has no effect.
 fn fix_gauge(model: &Model, gauge: &Gauge) -> Option<(Model, String)> {
     let [_, .., last] = gauge.parameters[..] else { return None };
     if gauge.combinations + 1 != gauge.parameters.len() {

@@ -130,8 +130,7 @@ struct ChosenHold {
     model: Model,
     /// Residual norm with each input interpolation that was tried, relative to the best.
     holds: Vec<(Hold, f64)>,
-    /// Fit with the chosen interpolation, and its integration steps per sample interval; `None` if no other
-    /// was tried.
+    /// Fit with the chosen interpolation, and its integration steps per sample interval; `None` if no other was tried.
     calibration: Option<(Calibration, usize)>,
 }
 
@@ -198,8 +197,9 @@ struct TooFast {
     step_s: f64,
 }
 
-/// Chooses integration steps and smoothing widths on short windows, which cover the records; returns system
-/// and windows.
+/// Chooses integration steps and smoothing widths on short windows all over the records.
+///
+/// Returns the system with these settings, and the windows.
 fn tuned_on_short_windows(
     model: &Model,
     records: &[Record],

@@ -113,8 +113,7 @@ impl OpenTable {
     }
 }
 
-/// Opens data; returns sentences on the column taken as time and on the unit conversions of the model's
-/// columns.
+/// Opens data; returns sentences on the column taken as time and on the unit conversions of the model's columns.
 ///
 /// # Errors
 /// The file cannot be opened.

@@ -225,8 +225,7 @@ pub fn sequences(data: &Dataset, engine: &EquationEngine) -> anyhow::Result<Sequ
 
 /// Inputs of the engine's steps (actions) from an unprepared record, `[sample, action]`.
 ///
-/// Actions are the inputs, delayed where the model says so, then the second derivatives of spline inputs,
-/// and the time.
+/// Actions are the inputs, delayed where the model says so, then the second derivatives of spline inputs, and the time.
 pub fn actions(model: &Model, record: &Record) -> Vec<f64> {
     let nominals = model.nominals();
     let signals: Vec<(Signal, f64)> = (model.inputs.iter().zip(record.inputs.iter()))

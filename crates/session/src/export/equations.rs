@@ -108,8 +108,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Writes one node of an initial-state expression in Python or C; `done` has the texts of the nodes
-    /// before it.
+    /// Writes one node of an initial-state expression in Python or C; `done` has the texts of the nodes before it.
     fn start_node(&self, kind: &Kind, done: &[String]) -> String {
         let text_of = |i: &usize| done[*i].as_str();
         let is_c = self.language == Language::C;

@@ -20,8 +20,7 @@ pub struct RecordDraws {
     pub initial_sample_count: usize,
     /// Prediction of the outputs without noise, `[output][sample]`.
     pub forecast: Vec<Vec<f64>>,
-    /// Draws of the outputs with measurement noise, `[output][sample][draw]`, sorted; non-finite draws are
-    /// dropped.
+    /// Draws of the outputs with measurement noise, `[output][sample][draw]`, sorted; non-finite draws are dropped.
     pub draws: Vec<Vec<Vec<f64>>>,
     /// Standard deviation of the measurement noise of each output, in the unit of the output.
     pub noise: Vec<f64>,

@@ -197,8 +197,7 @@ impl<'a> NetPrediction<'a> {
         Ok(RecordDraws::new(record, known, forecast, draws, noise))
     }
 
-    /// Simulates draws of the net; returns their outputs without measurement noise,
-    /// `[output][sample][draw]`.
+    /// Simulates draws of the net; returns their outputs without measurement noise, `[output][sample][draw]`.
     fn outputs(&self, task: Task<'_>, draws: usize) -> anyhow::Result<Vec<Vec<Vec<f64>>>> {
         let samples = self.net.forecast(task, draws)?;
         let (state_count, outputs) = (self.model.states.len(), self.model.outputs.len());

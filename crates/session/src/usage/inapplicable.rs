@@ -32,8 +32,7 @@ pub enum Inapplicable {
     FormulasOfBuiltIn,
     /// `evaluate A B` was given an option that is for one model.
     OptionOfTwoModels,
-    /// `evaluate A B` was given a net of a ball or of pushes, which starts from other samples than a model
-    /// file.
+    /// `evaluate A B` was given a net of a ball or of pushes, which starts from other samples than a model file.
     NetBesideModel,
     /// `evaluate A B` was given models that predict no quantity in common.
     NothingInCommon,
