@@ -77,8 +77,7 @@ pub struct Derivatives {
 pub struct SmoothedDiscontinuity {
     /// Text, in the model, of the argument at whose zero the discontinuity is.
     pub argument: String,
-    /// Smoothing width in the unit of the argument: as declared, or a default before one is chosen from a
-    /// simulation.
+    /// Smoothing width in the unit of the argument: as declared, or a default before one is chosen from a simulation.
     pub width: f64,
     /// Whether the model file declares the width.
     pub is_declared: bool,
@@ -93,8 +92,7 @@ pub struct Listing {
     pub jacobian: Derivatives,
     /// Assignments that compute the outputs.
     pub outputs: Routine,
-    /// Assignments that compute the event conditions, then the conditions that end rests (positive where
-    /// they hold).
+    /// Assignments that compute the event conditions, then the conditions that end rests (positive where they hold).
     pub conditions: Routine,
     /// Derivatives of the condition of each event with respect to states and time.
     pub condition_derivatives: Vec<Derivatives>,
@@ -155,8 +153,7 @@ impl<'s> Reader<'s> {
         Reader { system, constants, let_values: system.let_registers.iter().copied().collect() }
     }
 
-    /// Lists the derivatives in a gradient, whose section computes the values first and then the
-    /// derivatives.
+    /// Lists the derivatives in a gradient, whose section computes the values first and then the derivatives.
     fn derivatives(&self, gradient: &Gradient) -> Derivatives {
         let variable = |column: Column| match column {
             Column::State(state) => Some(Variable::State(state)),

@@ -21,8 +21,7 @@ pub(crate) fn nearest_words<'k>(name: &str, known: impl Iterator<Item = &'k str>
     found.into_iter().map(|(_, word)| word).collect()
 }
 
-/// Damerau-Levenshtein distance of two words: number of insertions, deletions, changes and swaps of
-/// neighbours.
+/// Damerau-Levenshtein distance of two words: number of insertions, deletions, changes and swaps of neighbours.
 ///
 /// `lenght` is one edit from `length`.
 fn edits(a: &str, b: &str) -> usize {

@@ -215,8 +215,9 @@ impl System {
     }
 }
 
-/// Compiled events: conditions (all `when`, then all `until`), new values of the states that each event
-/// sets, and the index of each event's `until` among the conditions.
+/// Compiled events: conditions, new values of the states that each event sets, and indices of rest ends.
+///
+/// The conditions are all `when`, then all `until`; an index is that of the event's `until` among them.
 type LoweredEvents = (Vec<Id>, Vec<Vec<(usize, Id)>>, Vec<Option<usize>>);
 
 /// Compiles conditions and resets of the events, without smoothing.
@@ -240,8 +241,7 @@ fn lower_events(model: &Model, lowering: &mut Lowering<'_>) -> LoweredEvents {
     (conditions, resets, rest_ends)
 }
 
-/// Differentiates the values `ids` with respect to all states and active parameters, and to time if
-/// `with_time`.
+/// Differentiates the values `ids` with respect to all states and active parameters, and to time if `with_time`.
 fn gradient(
     derivatives: &mut Derivatives,
     graph: &mut Graph,
@@ -285,8 +285,8 @@ impl Gradient {
 
 /// Checks that no event's reset leaves its own condition at 0 and moving on, which would fire it forever.
 ///
-/// This is decided at a few sample points where `when` is 0: an event is refused if its condition moves on
-/// at all of them (at least two).
+/// This is decided at a few sample points where `when` is 0: an event is refused if its condition moves on at
+/// all of them (at least two).
 fn check_events(
     model: &Model,
     graph: &Graph,

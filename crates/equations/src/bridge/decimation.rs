@@ -91,8 +91,7 @@ fn decimate_times(times: &[f64], every: usize) -> Vec<f64> {
     times.iter().copied().step_by(every).collect()
 }
 
-/// Error of cubics through four samples at the samples halfway between them, in units of the noise's
-/// standard deviation.
+/// Error of cubics through four samples at the samples halfway between them, in standard deviations of the noise.
 ///
 /// The four samples are `every` samples apart.
 fn interpolation_error(records: &[Record], every: usize, noise: &[f64]) -> OutputChange {

@@ -48,8 +48,8 @@ impl CalibratedModel {
 
     /// Sets the results of a first fit as start values of later fits.
     ///
-    /// `values` are the fitted values of all parameters; `residuals` is the residual norm of each output
-    /// over the shortest windows, in the unit of the output.
+    /// `values` are the fitted values of all parameters; `residuals` is the residual norm of each output over
+    /// the shortest windows, in the unit of the output.
     pub fn calibrated(mut self, values: Vec<f64>, residuals: &[f64]) -> Self {
         self.system = self.system.with_fit(values, residuals);
         self
@@ -138,8 +138,7 @@ fn set_fitted(p: &mut Parameter, fitted: &Fitted) {
 }
 
 impl Model {
-    /// Properties that the model expects of data, for plausibility checks: columns, periods and
-    /// temperatures.
+    /// Properties that the model expects of data, for plausibility checks: columns, periods and temperatures.
     pub fn expected(&self) -> ExpectedData {
         let kelvin = Unit::parse("K");
         let temperatures = self.parameters.iter().filter(|p| p.unit.is_some() && p.unit == kelvin);
@@ -156,8 +155,8 @@ impl Model {
 impl EquationSystem {
     /// Combines `declared` with the settings that this system chose from these records.
     ///
-    /// `declared` is the model of this system with other parameter values. Chosen from records are the
-    /// scales of the library's numbers, the widths of smoothed discontinuities, the steps and the windows.
+    /// `declared` is the model of this system with other parameter values. Chosen from records are the scales
+    /// of the library's numbers, the widths of smoothed discontinuities, the steps and the windows.
     ///
     /// # Errors
     /// A candidate with an unknown place.

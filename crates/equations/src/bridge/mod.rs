@@ -29,8 +29,7 @@ use std::sync::{Arc, OnceLock};
 const BATCH_WINDOWS: usize = 16;
 /// Number of integration steps per sample interval if neither the file nor data determine it.
 const DEFAULT_SUBSTEPS: usize = 4;
-/// Number of first samples from which a forecast may estimate its initial state: as many as `slope` in a
-/// `start` uses.
+/// Number of first samples from which a forecast may estimate its initial state: as many as `slope` in a `start` uses.
 const START_SAMPLES: usize = 5;
 
 /// A system of equations from a model file, in the interface of calibration and discovery.

@@ -11,8 +11,7 @@ impl EquationSystem {
         self.model().states.iter().filter_map(|state| state.process_noise).collect()
     }
 
-    /// Returns this system with one more input for each state with process noise, after the inputs of the
-    /// model.
+    /// Returns this system with one more input for each state with process noise, after the inputs of the model.
     ///
     /// The additional input has zero-order hold and is added to the rate of the state.
     ///

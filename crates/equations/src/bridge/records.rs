@@ -79,8 +79,7 @@ impl EquationSystem {
         Ok(EngineTask { record, start, parameters })
     }
 
-    /// Appends the initial states that belong to effects to the declared initial states at a record's first
-    /// sample.
+    /// Appends the initial states that belong to effects to the declared initial states at a record's first sample.
     ///
     /// States of effects start at the values of their `start` expressions.
     pub fn complete_start(&self, record: &Record, start: &[f64]) -> Vec<f64> {
@@ -92,14 +91,12 @@ impl EquationSystem {
         full
     }
 
-    /// Guesses the initial state from the model's `start` expressions, on the samples from number `first`
-    /// on.
+    /// Guesses the initial state from the model's `start` expressions, on the samples from number `first` on.
     fn guess(&self, record: &Record, first: usize, parameters: &[f64]) -> Vec<f64> {
         self.with_first_samples(record, first, parameters, |samples| self.model().guess_start(samples))
     }
 
-    /// Mean of the prior of an initial state at the beginning of a record, from the state's `start`
-    /// expression.
+    /// Mean of the prior of an initial state at the beginning of a record, from the state's `start` expression.
     ///
     /// `values` are the values of the system's parameters, `start` the initial values of the states.
     pub(super) fn mean_of_start(&self, record: &Record, state: usize, values: &[f64], start: &[f64]) -> f64 {
@@ -132,11 +129,10 @@ impl EquationSystem {
         evaluate(&FirstSamples { times, outputs: &outputs, inputs: &inputs, parameters })
     }
 
-    /// Prepares a record: drops saturated readings, converts inputs to cubics, and cuts the record into
-    /// windows.
+    /// Prepares a record: drops saturated readings, converts inputs to cubics, and cuts the record into windows.
     ///
-    /// With cubic inputs, a window does not need the whole record. A state whose start cannot be guessed
-    /// from outputs begins each window on a simulation of the whole record with nominal parameters.
+    /// With cubic inputs, a window does not need the whole record. A state whose start cannot be guessed from
+    /// outputs begins each window on a simulation of the whole record with nominal parameters.
     pub(super) fn prepare_record(&self, record: &mut Record) {
         let model = self.model();
         for (output, values) in model.outputs.iter().zip(&mut record.values) {

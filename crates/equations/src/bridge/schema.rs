@@ -9,8 +9,7 @@ use augsim_system::{
     Parameter, Quantity, Schema, State, Target,
 };
 
-/// Bound of a parameter for which the file declares none, as a multiple of its nominal value (or of 1 if
-/// larger).
+/// Bound of a parameter for which the file declares none, as a multiple of its nominal value (or of 1 if larger).
 const DEFAULT_BOUND_RATIO: f64 = 1e9;
 
 /// Describes a model as a schema: states, channels, inputs, features and targets.

@@ -7,8 +7,7 @@ use crate::model::{Expression, Output};
 use crate::text::{Kind, Symbol, Tree, TreeNode};
 
 impl EquationSystem {
-    /// Returns this system with every state as a channel after its outputs, in the order of the schema's
-    /// states.
+    /// Returns this system with every state as a channel after its outputs, in the order of the schema's states.
     ///
     /// Records of this system are valid for the returned one as well.
     ///

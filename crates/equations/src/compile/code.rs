@@ -89,8 +89,7 @@ impl Code {
     }
 }
 
-/// An operation with its operands `a`, `b`, `c`: indices of earlier operations, or as documented for its
-/// code.
+/// An operation with its operands `a`, `b`, `c`: indices of earlier operations, or as documented for its code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Operation {
     pub(crate) code: Code,

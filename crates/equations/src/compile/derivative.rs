@@ -216,8 +216,7 @@ fn slope(g: &mut Graph, code: Code, id: Id, a: Id) -> Id {
     }
 }
 
-/// Appends the partial derivatives of a function of two variables `a` and `b`; `id` is the value of the
-/// function.
+/// Appends the partial derivatives of a function of two variables `a` and `b`; `id` is the value of the function.
 ///
 /// The derivative with respect to `b` is not computed for a power whose exponent is constant.
 fn partials(g: &mut Graph, code: Code, id: Id, (a, b): (Id, Id), exponent_is_constant: bool) -> [Id; 2] {

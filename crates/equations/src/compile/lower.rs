@@ -41,8 +41,7 @@ pub(crate) struct Lowering<'m> {
     changed: BTreeMap<Target, Id>,
     /// Rates of states of effects on an input, by state; they use the input as it was before the effect.
     rates_before_input_effects: BTreeMap<usize, Id>,
-    /// Index of the output to which effects are being applied, and its value so far; `None` while there is
-    /// none.
+    /// Index of the output to which effects are being applied, and its value so far; `None` while there is none.
     output: Option<(usize, Id)>,
     /// Rates of all states; empty until they are compiled.
     rates: Vec<Id>,
@@ -105,8 +104,7 @@ impl<'m> Lowering<'m> {
         }
     }
 
-    /// Combines a target's value `before` a change with the `value` of the change, by addition,
-    /// multiplication or replacement.
+    /// Adds `value` to the target's value `before` the change, multiplies by it, or replaces `before` by it.
     fn combine(&mut self, before: Id, how: How, value: Id) -> Id {
         match how {
             How::Add => self.graph.add(before, value),

@@ -72,8 +72,7 @@ impl Probe {
         points
     }
 
-    /// Finds a value of one quantity (state, input or time) at which operation `id` is 0, by a scan and
-    /// bisection.
+    /// Finds a value of one quantity (state, input or time) at which operation `id` is 0, by a scan and bisection.
     ///
     /// The other quantities have their values from `point`.
     fn find_zero_along(

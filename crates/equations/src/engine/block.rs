@@ -64,8 +64,7 @@ struct RowEntry {
     is_one: bool,
 }
 
-/// Runs a section of instructions at the present state, in the form that [`pulp`] dispatches to an
-/// instruction set.
+/// Runs a section of instructions at the present state, in the form that [`pulp`] dispatches to an instruction set.
 ///
 /// A closure would remain a separate function, compiled for the lowest instruction set.
 struct Evaluation<'e, const L: usize> {
@@ -90,8 +89,7 @@ impl<const L: usize> WithSimd for Evaluation<'_, L> {
     }
 }
 
-/// Computes outputs and their derivatives at the present state, in the form that [`pulp`] dispatches to an
-/// instruction set.
+/// Computes outputs and their derivatives at the present state, as [`pulp`] dispatches it to an instruction set.
 struct Measurement<'m, const L: usize> {
     block: &'m mut Block<L>,
     system: &'m System,

@@ -125,8 +125,7 @@ impl Lane {
         Ok(())
     }
 
-    /// Adds `sign f tau'` to the sensitivities for each seed: `f` are `rates`, `tau'` are `shifts` (formula
-    /// 2).
+    /// Adds `sign f tau'` to the sensitivities for each seed: `f` are `rates`, `tau'` are `shifts` (formula 2).
     pub(super) fn shift_sensitivities(&mut self, rates: &[f64], shifts: &[f64], sign: f64) {
         for (column, shift) in self.block.s.chunks_exact_mut(rates.len()).zip(shifts) {
             column.iter_mut().zip(rates).for_each(|(s, f)| s[0] += sign * f * shift);
@@ -156,8 +155,7 @@ impl Lane {
         (speed, typical_speed, slopes)
     }
 
-    /// Starts the rest of an event if its condition changes slowly enough and the rest would not end at
-    /// once.
+    /// Starts the rest of an event if its condition changes slowly enough and the rest would not end at once.
     pub(super) fn try_to_rest(
         &mut self,
         system: &System,
@@ -189,8 +187,7 @@ impl Lane {
 
     /// Updates, after an event, on which side of 0 each condition is.
     ///
-    /// The side of the event's own condition follows from its direction of motion, the others from their
-    /// values.
+    /// The side of the event's own condition follows from its direction of motion, the others from their values.
     pub(super) fn update_sides_after_event(&mut self, system: &System, event: usize, time: f64) {
         let speed = self.speed(system, event, time);
         let conditions = self.conditions(system, time);

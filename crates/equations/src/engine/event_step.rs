@@ -1,8 +1,7 @@
 //! A step of one window that stops at every discontinuity within it.
 //!
 //! Each trigger (possible cause of a discontinuity) is a value that rises through 0. It is checked in the
-//! middle and at the end of the step; a change of sign is located by repeating the step with shorter
-//! lengths.
+//! middle and at the end of the step; a change of sign is located by repeating the step with shorter lengths.
 
 use super::block::Columns;
 use super::lane::{Lane, StepFailure};
@@ -292,8 +291,7 @@ impl Lane {
         Ok(sign * self.speed(system, event, now + at) > 0.0)
     }
 
-    /// Updates on which side of 0 each condition is, except conditions that are 0 and those of events at
-    /// rest.
+    /// Updates on which side of 0 each condition is, except conditions that are 0 and those of events at rest.
     pub(super) fn update_sides(&mut self, system: &System, time: f64) {
         let conditions = self.conditions(system, time);
         let modes = self.mode.sides.iter_mut().zip(&self.mode.resting);

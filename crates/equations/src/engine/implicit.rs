@@ -17,8 +17,7 @@ const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 /// Maximum number of Newton iterations per Runge-Kutta stage.
 const MAX_NEWTON_ITERATIONS: usize = 30;
 
-/// Takes an implicit step of length `h` (s); returns false, with the state unchanged, if a stage does not
-/// converge.
+/// Takes an implicit step of length `h` (s); returns false, with the state unchanged, if a stage does not converge.
 pub(crate) fn step(
     block: &mut Block<1>,
     system: &System,
@@ -91,11 +90,10 @@ pub(crate) fn step(
     true
 }
 
-/// Solves the equation of a Runge-Kutta stage for the stage's rate by Newton's method; returns whether it
-/// converged.
+/// Solves the equation of a Runge-Kutta stage for the stage's rate by Newton's method; returns whether it converged.
 ///
-/// `known` is the part of the stage's state that does not depend on the stage's rate. The iteration also
-/// ends when the change is small and no longer decreases, because rounding then prevents a smaller one.
+/// `known` is the part of the stage's state that does not depend on the stage's rate. The iteration also ends
+/// when the change is small and no longer decreases, because rounding then prevents a smaller one.
 fn solve_stage(
     block: &mut Block<1>,
     (known, h): (&[f64], f64),
@@ -121,8 +119,7 @@ fn solve_stage(
     false
 }
 
-/// Computes the rates and their Jacobian with respect to the states, row by row; 0 for states that are
-/// `fixed`.
+/// Computes the rates and their Jacobian with respect to the states, row by row; 0 for states that are `fixed`.
 pub(crate) fn linearise(
     block: &mut Block<1>,
     system: &System,

@@ -26,8 +26,7 @@ const COEFFICIENTS: [&[f64]; 7] = [
 const ERROR_WEIGHTS: [f64; 7] =
     [71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0];
 
-/// Advances one window by `h` (s); returns the error estimate divided by the allowed error (accurate up to
-/// 1).
+/// Advances one window by `h` (s); returns the error estimate divided by the allowed error (accurate up to 1).
 ///
 /// The allowed error is `tolerance` times the size of the state plus 1e-3.
 pub(crate) fn step(

@@ -167,8 +167,7 @@ impl<'r, const L: usize> Run<'r, L> {
         }
     }
 
-    /// Simulates all windows to their last samples; returns the sums over discontinuity arguments, if
-    /// recorded.
+    /// Simulates all windows to their last samples; returns the sums over discontinuity arguments, if recorded.
     pub(super) fn advance_all(&mut self) -> Option<(Vec<f64>, u32)> {
         let intervals = self.windows.iter().map(|w| w.last - w.first).max().unwrap_or(0);
         if !self.windows.is_empty() {

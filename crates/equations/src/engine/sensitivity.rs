@@ -8,8 +8,7 @@ use pulp::Simd;
 /// Maximum number of states with a dense Jacobian; a longer column would not fit into registers.
 const MAX_DENSE_STATES: usize = 6;
 
-/// For each Runge-Kutta stage: position of the next stage as a share of the step, and its own weight in
-/// sixths.
+/// For each Runge-Kutta stage: position of the next stage as a share of the step, and its own weight in sixths.
 pub(super) const STAGES: [(f64, f64); 4] = [(0.5, 1.0), (0.5, 2.0), (1.0, 2.0), (0.0, 1.0)];
 
 /// Layout of the memory slots for derivatives of the rates at each stage of a step.

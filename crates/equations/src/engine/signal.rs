@@ -15,6 +15,7 @@ impl Signal {
     /// Interpolates `values` at `times` (s, increasing) according to `hold`.
     ///
     /// Missing values (NaN) are left out. The signal is constant before the first knot and after the last;
+    /// without any value it is 0.
     pub fn new(times: &[f64], values: &[f64], hold: Hold) -> Signal {
         let (times, values): (Vec<f64>, Vec<f64>) =
             times.iter().zip(values).filter(|(_, v)| v.is_finite()).unzip();
@@ -47,8 +48,7 @@ impl Signal {
 
     /// Creates a signal from coefficients of the powers 0 to 3 of the time since each knot.
     ///
-    /// The coefficients may be part of what [`coefficients`](Signal::coefficients) returns for a longer
-    /// signal.
+    /// The coefficients may be part of what [`coefficients`](Signal::coefficients) returns for a longer signal.
     pub(crate) fn from_coefficients(times: Vec<f64>, pieces: Vec<[f64; 4]>, hold: Hold) -> Signal {
         Signal { times, pieces, hold }
     }

@@ -110,8 +110,9 @@ pub(super) fn unstable(
 }
 
 impl System {
-    /// Whether the fastest mode at the start of a window needs more explicit steps per sample interval than
-    /// [`System::choose_steps`] tries.
+    /// Whether the system is stiff: a window needs more explicit steps than [`System::choose_steps`] tries.
+    ///
+    /// The steps per sample interval follow from the fastest mode at the start of the window.
     pub(super) fn is_stiff(&self, windows: &[Window<'_>]) -> bool {
         windows.iter().any(|window| {
             let time = window.record.times[window.first];

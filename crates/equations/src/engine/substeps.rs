@@ -74,8 +74,7 @@ impl System {
         self.choose_substeps(windows, scales, self.method_for(windows))
     }
 
-    /// Chooses the integration method: the one that the file declares, else explicit steps if they can
-    /// simulate all windows.
+    /// Chooses the integration method: as declared in the file, else explicit steps if they can simulate all windows.
     pub fn method_for(&self, windows: &[Window<'_>]) -> Method {
         let can_simulate = |method| {
             let results = self.simulate(windows, &[], &Options { method, substeps: TRIAL_SUBSTEPS });

@@ -5,8 +5,7 @@ use crate::model::{How, Model, Target};
 use crate::text::Symbol;
 use augsim_data::Unit;
 
-/// Number of equidistant values at which an effect is computed: eight for each period of a ripple with 500
-/// periods.
+/// Number of equidistant values at which an effect is computed: eight for each period of a ripple with 500 periods.
 const FINE_POINTS: usize = 4001;
 /// Maximum error of the drawn lines between the points of a curve, as a share of the curve's range.
 ///
@@ -39,8 +38,7 @@ pub fn curves(model: &Model, scales: &Scales) -> Vec<Curve> {
 
 /// Computes the curve of the effect number `index` of a model.
 ///
-/// `None` if the effect is not a function of a single state or input, or if that quantity has no range in
-/// the data.
+/// `None` if the effect is not a function of a single state or input, or if that quantity has no range in the data.
 fn curve(model: &Model, scales: &Scales, index: usize) -> Option<Curve> {
     let addition = &model.additions[index];
     let change = addition.changes.first().filter(|_| addition.states.is_empty())?;

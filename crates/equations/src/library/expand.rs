@@ -28,8 +28,7 @@ pub struct Candidate {
     pub equivalent_causes: Vec<String>,
     /// Kinds of effects that describe the same phenomenon and are not added together with this one.
     pub excludes: Vec<String>,
-    /// Kind of the simpler effect that results when the inner parameters go to their bounds; `None` if there
-    /// is none.
+    /// Kind of the simpler effect that results when the inner parameters go to their bounds; `None` if there is none.
     pub reduces_to: Option<String>,
     /// Literature or other origin of the formula.
     pub source: String,
@@ -237,8 +236,7 @@ impl Candidate {
         self.changes.first().map(|(_, text)| text.as_str())
     }
 
-    /// Describes the size that the numbers of a parameter are multiples of; `None` if they are in the
-    /// parameter's unit.
+    /// Describes the size that the numbers of a parameter are multiples of; `None` if they are in the parameter's unit.
     pub fn size_of(&self, parameter: &CandidateParameter) -> Option<String> {
         describe_size(parameter.of.as_ref()?, &self.names)
     }

@@ -7,8 +7,7 @@ use crate::nearest::nearest_words;
 /// Maximum number of similar names that are proposed for an unknown one.
 const MAX_PROPOSALS: usize = 3;
 
-/// Whether the library or the model's candidates have an effect of this kind, even if it has no place in the
-/// model.
+/// Whether the library or the model's candidates have an effect of this kind, even if it has no place in the model.
 pub fn is_a_kind(kind: &str, model: &Model) -> bool {
     let listed = generic().unwrap_or_default();
     model.candidates.iter().chain(&listed).any(|row| row.kind == kind)

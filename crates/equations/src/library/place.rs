@@ -8,8 +8,7 @@ use crate::text::{Kind, Symbol, Tree};
 pub struct Kinematics {
     /// Pairs (x, v) of a state and the state that is its rate, or proportional to it.
     pub pairs: Vec<(usize, usize)>,
-    /// Indices of the declared states that are neither part of a pair nor a copy of a position: they have
-    /// flow equations.
+    /// Indices of the flow states: declared states that are neither part of a pair nor a copy of a position.
     pub flows: Vec<usize>,
 }
 
@@ -268,8 +267,7 @@ fn reset_places(model: &Model) -> Vec<Place> {
 
 /// The target that a name of the model stands for; `None` for an unknown name.
 ///
-/// The name is looked up among states (whose rate is the target), inputs, outputs and parameters, in this
-/// order.
+/// The name is looked up among states (whose rate is the target), inputs, outputs and parameters, in this order.
 pub(crate) fn target_named(name: &str, model: &Model) -> Option<Target> {
     let input = || model.inputs.iter().position(|i| i.name == name).map(Target::Input);
     let output = || model.outputs.iter().position(|o| o.name == name).map(Target::Output);

@@ -101,8 +101,7 @@ impl Scales {
         (low < high).then_some([low, high])
     }
 
-    /// Quantiles `low` and `high` (shares from 0 to 1) of an expression over the sampled points; `None`
-    /// without values.
+    /// Quantiles `low` and `high` (shares from 0 to 1) of an expression over the sampled points; `None` without values.
     pub fn quantiles(&self, text: &str, model: &Model, [low, high]: [f64; 2]) -> Option<[f64; 2]> {
         let mut values: Vec<f64> = self.values(text, model).into_iter().filter(|v| v.is_finite()).collect();
         values.sort_by(f64::total_cmp);
@@ -128,8 +127,8 @@ impl Scales {
 
     /// Converts the numbers of a candidate effect to the units of its parameters.
     ///
-    /// Multiples of sizes become values. A coefficient gets a typical value, and bounds where its library
-    /// row gives none.
+    /// Multiples of sizes become values. A coefficient gets a typical value, and bounds where its library row
+    /// gives none.
     pub fn resolve(&self, candidate: &mut Candidate, model: &Model) {
         let names = candidate.names.clone();
         for p in &mut candidate.parameters {
@@ -160,8 +159,7 @@ impl Scales {
         }
     }
 
-    /// Offset and factor that convert numbers of a library row, which are multiples of the size `of`, to
-    /// values.
+    /// Offset and factor that convert numbers of a library row, which are multiples of the size `of`, to values.
     fn size(&self, of: &str, names: &[(&'static str, String)], model: &Model) -> (f64, f64) {
         let inner = |prefix: &str| of.strip_prefix(prefix).and_then(|r| r.strip_suffix(')'));
         let values = |name: &str| self.values(&resolve_name(name, names), model);

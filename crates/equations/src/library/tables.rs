@@ -2,8 +2,7 @@
 
 use crate::model::{Draft, How, Parameter, Target};
 
-/// Smallest bound of the values at the knots of a table, in the unit of what it adds to; as for tables of
-/// the ball.
+/// Smallest bound of the values at the knots of a table, in the unit of what it adds to; as for tables of the ball.
 const MIN_KNOT_BOUND: f64 = 100.0;
 
 /// Builds a table effect: a function of the quantity `against`, with uniform knots from `first` to `last`.

@@ -27,8 +27,7 @@ fn with_sign_flipped(value: f64, flip: u64) -> f64 {
     f64::from_bits(value.to_bits() ^ (flip << 62))
 }
 
-/// Reduces an angle: sine and cosine of `x` minus the nearest multiple of pi/2, and the number of that
-/// multiple.
+/// Reduces an angle: sine and cosine of `x` minus the nearest multiple of pi/2, and the number of that multiple.
 ///
 /// Cody and Waite's reduction with pi/2 in three parts; the fused products are exact, so that it holds for
 /// arguments up to 1e9. Beyond about 1e15 the number of quarter turns is lost; the result then has no meaning

@@ -75,8 +75,7 @@ pub struct Addition {
     pub equivalent_expressions: Vec<String>,
     /// First and last knot of a table effect, in the unit of the quantity `with`; `None` for other effects.
     pub table: Option<(f64, f64)>,
-    /// Line of the effect in the model file, from 1; for an effect that was added later, the line of its
-    /// row.
+    /// Line of the effect in the model file, from 1; for an effect that was added later, the line of its row.
     pub line: usize,
 }
 
@@ -101,8 +100,7 @@ pub struct Draft {
     pub equivalent_expressions: Vec<String>,
     /// First and last knot of a table effect, in the unit of the quantity `with`; `None` for other effects.
     pub table: Option<(f64, f64)>,
-    /// Line of the effect in the model file, from 1; for an effect that was added later, the line of its
-    /// row.
+    /// Line of the effect in the model file, from 1; for an effect that was added later, the line of its row.
     pub line: usize,
 }
 
@@ -132,8 +130,8 @@ struct View<'m> {
     model: &'m Model,
     /// Names local to the effect, with their symbols in the model.
     local_names: &'m [(String, Symbol)],
-    /// Output that is changed; in the expression, its name stands for its value before the change. `None`
-    /// for other targets.
+    /// Output that the effect changes; its name in the expression stands for its value before. `None` for
+    /// other targets.
     output: Option<usize>,
     /// Whether the expression is the initial value of a state.
     is_start: bool,

@@ -17,8 +17,7 @@ const ROUNDING_RATIO: f64 = 1e-12;
 pub struct Covariance {
     /// Index in the model of the parameter of each row.
     pub parameters: Vec<usize>,
-    /// Covariance matrix, `[parameter][parameter]`; each element has the product of the two parameters'
-    /// units.
+    /// Covariance matrix, `[parameter][parameter]`; each element has the product of the two parameters' units.
     pub rows: Vec<Vec<f64>>,
 }
 

@@ -199,8 +199,7 @@ impl<'n> Equations<'n> {
     }
 }
 
-/// Infers the dimensions of an expression, `None` if unknown; units that do not match are an error at
-/// `item`.
+/// Infers the dimensions of an expression, `None` if unknown; units that do not match are an error at `item`.
 fn infer(model: &Model, item: &Item<'_, '_>, tree: &Tree) -> Result<Option<Dimensions>, ModelError> {
     let wrong = |failure| item.reader.problem(item.line, &item.key, &tree.text, failure);
     units::infer(model, tree).map_err(wrong)

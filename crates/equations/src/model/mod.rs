@@ -104,8 +104,7 @@ pub struct Input {
     pub unit: Option<Unit>,
     /// Interpolation of the input between samples; `None` if the file does not state it.
     pub hold: Option<Hold>,
-    /// Index of the parameter with the input's delay in seconds, which is called `NAME.delay_s`; `None`
-    /// without a delay.
+    /// Index of the parameter `NAME.delay_s` with the input's delay in seconds; `None` without a delay.
     pub delay: Option<usize>,
 }
 
@@ -175,13 +174,11 @@ pub struct Output {
     pub unit: Option<Unit>,
     /// Expression of the output without measurement noise.
     pub value: Expression,
-    /// Declared standard deviation of the measurement noise, in the output's unit; `None` if it is to be
-    /// estimated.
+    /// Declared standard deviation of the measurement noise, in the output's unit; `None` if it is to be estimated.
     pub sd: Option<f64>,
     /// Measurement noise that a fit has found; forecasts use it if `sd` is to be estimated.
     pub noise: Option<SensorNoise>,
-    /// Range of the sensor, in the output's unit; readings at or beyond its ends are saturated. `None` if
-    /// unlimited.
+    /// Range of the sensor, in the output's unit; readings at or beyond its ends are saturated. `None` if unlimited.
     pub range: Option<[f64; 2]>,
     /// Quantisation step of the sensor, in the output's unit; `None` if not declared.
     pub step: Option<f64>,
@@ -273,8 +270,7 @@ pub struct Model {
     pub states: Vec<State>,
     /// Measured inputs of the system.
     pub inputs: Vec<Input>,
-    /// Declared parameters in the order of the file, then the delays of inputs, then the parameters of
-    /// effects.
+    /// Declared parameters in the order of the file, then the delays of inputs, then the parameters of effects.
     pub parameters: Vec<Parameter>,
     /// Named intermediate values; each uses only those before it.
     pub lets: Vec<Let>,
@@ -297,8 +293,7 @@ pub struct Model {
 }
 
 impl Output {
-    /// Residual of the output (measured - predicted); for a wrapping quantity the smallest one modulo its
-    /// period.
+    /// Residual of the output (measured - predicted); for a wrapping quantity the smallest one modulo its period.
     pub fn error(&self, measured: f64, predicted: f64) -> f64 {
         augsim_system::shortest_difference(measured - predicted, self.period)
     }

@@ -30,8 +30,7 @@ pub struct Row {
     pub equivalent_causes: Vec<String>,
     /// Kinds of effects that describe the same phenomenon and are not added together with this one.
     pub excludes: Vec<String>,
-    /// Kind of the simpler effect that results when the inner parameters go to their bounds; `None` if there
-    /// is none.
+    /// Kind of the simpler effect that results when the inner parameters go to their bounds; `None` if there is none.
     pub reduces_to: Option<String>,
     /// Literature or other origin of the formula.
     pub source: String,
@@ -54,8 +53,7 @@ pub struct RowParameter {
     pub min: f64,
     /// Largest allowed value; infinity if the block states none.
     pub max: f64,
-    /// Value at which the effect vanishes; `None` for an inner parameter, such as a width, which has no such
-    /// value.
+    /// Value at which the effect vanishes; `None` for an inner parameter, such as a width, which has no such value.
     pub null: Option<f64>,
     /// A typical value of the parameter; `None` if the block states none.
     pub typical: Option<f64>,

@@ -36,8 +36,7 @@ impl Model {
     }
 }
 
-/// Values for a `start` expression: first samples, with initial states in place of the outputs that equal
-/// them.
+/// Values for a `start` expression: first samples, with initial states in place of the outputs that equal them.
 struct StartMean<'a> {
     model: &'a Model,
     samples: &'a FirstSamples<'a>,

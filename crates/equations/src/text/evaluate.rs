@@ -15,8 +15,7 @@ pub(crate) trait Bindings {
 }
 
 impl Tree {
-    /// Computes the value of every node of the tree, in the order of the nodes; `sign` and `step` are not
-    /// smoothed.
+    /// Computes the value of every node of the tree, in the order of the nodes; `sign` and `step` are not smoothed.
     pub(crate) fn values(&self, bindings: &dyn Bindings) -> Vec<f64> {
         let mut values: Vec<f64> = Vec::with_capacity(self.nodes.len());
         for node in &self.nodes {
