@@ -40,18 +40,15 @@ pub enum Addition {
 /// The result of a fit, as it is written into a model file: parameter values, and added effects in order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Augmentation {
-    /// Reference of the session clock, s: time zero of drifting effects; `None` if the data have no session
-    /// times.
+    /// Reference of the session clock, s: time zero of drifting effects; `None` if the data have no session times.
     pub clock_reference_s: Option<f64>,
     /// Fitted declared parameters, each with its index in the system's parameter vector.
     pub declared: Vec<(usize, Fitted)>,
     /// Effects that the fit added, in the order in which they were added.
     pub additions: Vec<Addition>,
-    /// Covariance matrix of the fitted values: declared parameters, then parameters of the effects, in
-    /// order.
+    /// Covariance matrix of the fitted values: declared parameters, then parameters of the effects, in order.
     ///
-    /// Zero in the row and column of a value that the data do not determine; empty if the covariance is not
-    /// known.
+    /// Zero in the row and column of a value that the data do not determine; empty if the covariance is not known.
     pub covariance: Vec<Vec<f64>>,
     /// Standard deviation of the random effect, declared or added; `None` without a random effect.
     pub scatter_sd: Option<f64>,

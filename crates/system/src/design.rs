@@ -7,8 +7,7 @@ use crate::record::Record;
 pub struct Design {
     /// Description of the experiment, as printed in reports.
     pub text: String,
-    /// Record of the experiment: times, inputs, covariates and one window with its initial state; no
-    /// measured values.
+    /// Record of the experiment: times, inputs, covariates and one window with its initial state; no measured values.
     pub record: Record,
     /// Number of events after which the record ends: predictions beyond them are too uncertain for planning.
     pub max_events: usize,

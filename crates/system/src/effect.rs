@@ -54,8 +54,7 @@ pub enum Rival {
     Any,
 }
 
-/// Form of two effect parameters: an amplitude, and a direction that is undefined where the amplitude
-/// vanishes.
+/// Form of two effect parameters: an amplitude, and a direction that is undefined where the amplitude vanishes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Polar {
     /// The amplitude is an axis ratio, 1 for no effect.
@@ -127,8 +126,7 @@ pub struct Effect {
     pub formula: String,
     /// Literature reference of the effect.
     pub source: String,
-    /// Other physical causes with the same term, which data of one apparatus cannot distinguish from this
-    /// effect.
+    /// Other physical causes with the same term, which data of one apparatus cannot distinguish from this effect.
     pub equivalent_causes: Vec<String>,
     /// Kinds of effects that describe the same phenomenon in another form; a model has at most one of them.
     pub excludes: Vec<String>,
@@ -136,11 +134,9 @@ pub struct Effect {
     ///
     /// Both are also tried together, as neither may improve the fit alone.
     pub joins: Option<Join>,
-    /// Kind of the simpler effect that results where some parameters have their null value; `None` if there
-    /// is none.
+    /// Kind of the simpler effect that results where some parameters have their null value; `None` if there is none.
     pub reduces_to: Option<String>,
-    /// Kind of another effect whose score test stands in for this one's; `None` if the effect is tested
-    /// itself.
+    /// Kind of another effect whose score test stands in for this one's; `None` if the effect is tested itself.
     ///
     /// Where the other effect is fitted, this one is fitted too.
     pub indicated_by: Option<String>,
@@ -148,15 +144,13 @@ pub struct Effect {
     pub costly: bool,
     /// Start values of the first fit of the effect.
     pub start: Start,
-    /// Parameter values of the first simulation, if the effect is singular at its null values; empty: the
-    /// null values.
+    /// Parameter values of the first simulation, if the effect is singular at its null values; empty: the null values.
     pub first_simulated_at: Vec<f64>,
     /// Number of leading parameters that are amplitudes; `None` if all of them are.
     pub amplitude_count: Option<usize>,
     /// How the effect's two parameters form an amplitude and a direction; `None` if they do not.
     pub polar: Option<Polar>,
-    /// Experiments that distinguish the effect from alternative explanations: the alternative, and the
-    /// experiment.
+    /// Experiments that distinguish the effect from alternative explanations: the alternative, and the experiment.
     pub separated_by: Vec<(Rival, String)>,
     /// Experiment that confirms the effect if there is no alternative explanation; `None` if none is known.
     pub confirmed_by: Option<String>,

@@ -60,8 +60,7 @@ pub enum SimulationError {
 }
 
 impl SimulationError {
-    /// Error of a task in `simulate_batch` that has no output: there are more `tasks` than outputs
-    /// (`places`).
+    /// Error of a task in `simulate_batch` that has no output: there are more `tasks` than outputs (`places`).
     pub fn missing_output(schema: &Schema, tasks: usize, places: usize) -> Self {
         let system = schema.system.clone();
         Self::Task { system, part: "outputs", expected: tasks, found: places }

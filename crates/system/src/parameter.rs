@@ -39,8 +39,7 @@ pub struct Parameter {
 }
 
 impl Parameter {
-    /// Standard deviation of the parameter from its 95 % interval; `None` if frozen or without a finite
-    /// interval.
+    /// Standard deviation of the parameter from its 95 % interval; `None` if frozen or without a finite interval.
     pub fn standard_deviation(&self) -> Option<f64> {
         let [low, high] = self.ci95.filter(|_| !self.frozen)?;
         let sd = (high - low) / (2.0 * NORMAL_95);

@@ -45,8 +45,7 @@ pub struct Record {
     pub values: Vec<Vec<f64>>,
     /// Recorded inputs, in the order of the schema; records cut from one recording share them.
     pub inputs: Arc<[Stream]>,
-    /// Values of the covariates (constants of the record), in the order of the schema; NaN where not
-    /// recorded.
+    /// Values of the covariates (constants of the record), in the order of the schema; NaN where not recorded.
     pub covariates: Vec<f64>,
     /// Windows of the record over which models are fitted.
     pub windows: Vec<Window>,
@@ -67,8 +66,7 @@ pub struct Record {
 impl Record {
     /// Whether the noise of sample `k` is correlated with that of the previous measured sample, `before`.
     ///
-    /// True if at most one sample between them is missing. Missing samples are those not recorded, empty or
-    /// masked.
+    /// True if at most one sample between them is missing. Missing samples are those not recorded, empty or masked.
     pub fn is_correlated_with(&self, before: usize, k: usize) -> bool {
         self.times[k] - self.times[before] < self.noise_correlation_s
     }
@@ -135,8 +133,7 @@ pub fn typical_step(times: &[f64]) -> f64 {
 /// Maximum duration of a segment, as a multiple of the requested duration: a longer one contains a gap.
 const MAX_DURATION_RATIO: f64 = 1.2;
 
-/// Splits samples into ranges of duration `duration_s`; drops an incomplete last range, and ranges with a
-/// gap.
+/// Splits samples into ranges of duration `duration_s`; drops an incomplete last range, and ranges with a gap.
 pub fn split_by_duration(times: &[f64], duration_s: f64) -> Vec<Range<usize>> {
     let mut ranges = Vec::new();
     let mut first = 0;

@@ -16,8 +16,7 @@ pub struct RecordReader<'d> {
     inputs: Vec<Source>,
 }
 
-/// Columns that are sampled together (a channel or an input), and the column that marks rows with a new
-/// sample.
+/// Columns that are sampled together (a channel or an input), and the column that marks rows with a new sample.
 #[derive(Debug)]
 struct Source {
     columns: Vec<usize>,

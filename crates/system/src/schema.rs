@@ -39,20 +39,16 @@ pub struct Channel {
     pub unit: String,
     /// Period of a channel that is a wrapped angle, in the unit of the channel; `None` for other channels.
     pub period: Option<f64>,
-    /// Declared standard deviation of the channel's noise, in the unit of the channel; `None` if not
-    /// declared.
+    /// Declared standard deviation of the channel's noise, in the unit of the channel; `None` if not declared.
     pub sd: Option<f64>,
-    /// Upper bound of the noise standard deviation (from residuals over the shortest windows); `None` if not
-    /// known.
+    /// Upper bound of the noise standard deviation (from residuals over the shortest windows); `None` if not known.
     pub max_sd: Option<f64>,
-    /// Lower bound of the noise standard deviation: the declared accuracy of the instrument; `None` if not
-    /// declared.
+    /// Lower bound of the noise standard deviation: the declared accuracy of the instrument; `None` if not declared.
     ///
     /// Neighbouring samples of a marker agree better with each other than with the true position, so an
     /// estimate from their differences can be far too small.
     pub min_sd: Option<f64>,
-    /// Column that marks (above 0.5) the rows with a new measurement of the channel; `None` if there is
-    /// none.
+    /// Column that marks (above 0.5) the rows with a new measurement of the channel; `None` if there is none.
     pub update_column: Option<String>,
 }
 
@@ -116,13 +112,11 @@ pub struct EventSchema {
     pub nouns: [String; 2],
     /// Index of the event parameter, which may have a random offset at each event.
     pub parameter: usize,
-    /// Random effect in the event parameter, as a library effect; its only parameter is the standard
-    /// deviation.
+    /// Random effect in the event parameter, as a library effect; its only parameter is the standard deviation.
     pub scatter: Effect,
     /// Random effect in the event parameter that the model declares; `None` if it declares none.
     pub declared: Option<Scatter>,
-    /// Index of the feature that scales a periodic disturbance of the event parameter; `None` if there is
-    /// none.
+    /// Index of the feature that scales a periodic disturbance of the event parameter; `None` if there is none.
     pub periodic_scale_feature: Option<usize>,
 }
 
@@ -131,8 +125,7 @@ pub struct EventSchema {
 pub struct RecordRandomEffect {
     /// Index in the library of the effect whose parameters vary; it vanishes where they are 0.
     pub effect: usize,
-    /// Indices of the varying parameters among the declared ones; `None` if the model does not declare the
-    /// effect.
+    /// Indices of the varying parameters among the declared ones; `None` if the model does not declare the effect.
     pub parameters: Option<Range<usize>>,
     /// Random effect per record, as a library effect; its only parameter is the standard deviation.
     pub scatter: Effect,
@@ -157,8 +150,7 @@ pub struct Schema {
     pub inputs: Vec<Input>,
     /// Quantities that are constant over a record, in the order of its covariates.
     pub covariates: Vec<Quantity>,
-    /// Index of the covariate that is the start of the record on the session clock, s; `None` if there is
-    /// none.
+    /// Index of the covariate that is the start of the record on the session clock, s; `None` if there is none.
     pub clock: Option<usize>,
     /// Quantities that a table may depend on; residuals are also plotted against them.
     pub features: Vec<Quantity>,
@@ -172,8 +164,7 @@ pub struct Schema {
     pub event: Option<EventSchema>,
     /// Random effect per record of the system; `None` for a system without one.
     pub record_random_effect: Option<RecordRandomEffect>,
-    /// Conditions of an experiment that can be varied between records, most informative first (`heights`,
-    /// `speeds`).
+    /// Conditions of an experiment that can be varied between records, most informative first (`heights`, `speeds`).
     pub conditions: Vec<String>,
 }
 

@@ -5,8 +5,7 @@
 pub struct Event {
     /// Time of the event, s.
     pub time_s: f64,
-    /// Values of the features at the event, in the order of the schema; NaN for those not defined at an
-    /// event.
+    /// Values of the features at the event, in the order of the schema; NaN for those not defined at an event.
     pub features: Vec<f64>,
 }
 
@@ -81,8 +80,7 @@ impl Simulated {
         self.values[sample * self.channels + channel]
     }
 
-    /// Derivatives of a channel at a sample with respect to the seeds, in the channel's unit per unit of the
-    /// seed.
+    /// Derivatives of a channel at a sample with respect to the seeds, in the channel's unit per unit of the seed.
     ///
     /// The slice has [`width`](Self::width) elements, padded with zeros.
     pub fn slopes(&self, sample: usize, channel: usize) -> &[f64] {

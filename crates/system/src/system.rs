@@ -25,12 +25,10 @@ use std::sync::Arc;
 
 /// Simulates windows of records, with derivatives: all that a fit, a filter or a forecast needs of a system.
 pub trait Simulate: Debug + Send + Sync {
-    /// Describes the states, channels, inputs, covariates, features and targets of the system, with their
-    /// units.
+    /// Describes the states, channels, inputs, covariates, features and targets of the system, with their units.
     fn schema(&self) -> &Schema;
 
-    /// Parameters of the system, in the order of its parameter vector: declared ones, then those of added
-    /// effects.
+    /// Parameters of the system, in the order of its parameter vector: declared ones, then those of added effects.
     fn parameters(&self) -> &[Parameter];
 
     /// Simulates one window: the channels and their derivatives with respect to the task's seeds.
@@ -59,8 +57,7 @@ pub trait Simulate: Debug + Send + Sync {
         tasks.iter().map(simulate).collect()
     }
 
-    /// Number of windows with equal seeds that [`simulate_batch`](Simulate::simulate_batch) simulates in one
-    /// pass.
+    /// Number of windows with equal seeds that [`simulate_batch`](Simulate::simulate_batch) simulates in one pass.
     fn simd_batch_size(&self) -> usize {
         1
     }
@@ -74,8 +71,7 @@ pub trait Simulate: Debug + Send + Sync {
         record.windows.first().and_then(|w| w.start.get(state)).copied().unwrap_or(f64::NAN)
     }
 
-    /// Accuracy of the engine in a channel, in the channel's unit; effects smaller than this are not
-    /// considered.
+    /// Accuracy of the engine in a channel, in the channel's unit; effects smaller than this are not considered.
     ///
     /// If it is not 0, the model is an idealisation and always leaves smooth residuals: gains are then
     /// divided by a dispersion factor estimated from the residuals.
@@ -86,8 +82,7 @@ pub trait Simulate: Debug + Send + Sync {
 
 /// A system that a search for missing effects can extend by candidate effects.
 pub trait Augment: Simulate {
-    /// Candidate effects of the system, in the order in which they are applied; augmentation does not change
-    /// it.
+    /// Candidate effects of the system, in the order in which they are applied; augmentation does not change it.
     fn library(&self) -> &[Effect];
 
     /// Effects that [`augmented`](Augment::augmented) has added, in the order of their parameters.
@@ -167,9 +162,8 @@ pub trait Prepare: Simulate {
 
     /// Completes a record after reading: finds events, smooth segments, windows and rough initial states.
     ///
-    /// `sd` is a rough noise standard deviation of each channel, in the channel's unit. The default takes
-    /// the whole
-    /// record as one window without segments; see [`Record::use_as_one_window`] for the initial state.
+    /// `sd` is a rough noise standard deviation of each channel, in the channel's unit. The default takes the
+    /// whole record as one window without segments; see [`Record::use_as_one_window`] for the initial state.
     ///
     /// # Errors
     /// [`Objection`] if the record is unusable.
@@ -179,8 +173,7 @@ pub trait Prepare: Simulate {
         Ok(())
     }
 
-    /// Estimates scene parameters, such as the floor height, from data; returns the system with them,
-    /// calibrated.
+    /// Estimates scene parameters, such as the floor height, from data; returns the system with them, calibrated.
     ///
     /// `None` if the declared scene agrees with the records.
     fn with_scene_from_data(&self, _records: &[&Record]) -> Option<Arc<dyn System>> {
@@ -200,11 +193,9 @@ pub trait Prepare: Simulate {
         None
     }
 
-    /// Reason why these prepared records cannot be used, as an error that says what to do; `None` if they
-    /// can.
+    /// Reason why these prepared records cannot be used, as an error that says what to do; `None` if they can.
     ///
-    /// Rejected samples are NaN; `sd` is the noise standard deviation of each channel, in the channel's
-    /// unit.
+    /// Rejected samples are NaN; `sd` is the noise standard deviation of each channel, in the channel's unit.
     fn objection(&self, _records: &[Record], _sd: &[f64]) -> Option<Objection> {
         None
     }
@@ -227,8 +218,7 @@ pub trait Describe: Simulate {
         std::iter::once(time).chain(channels.map(|(c, values)| (c.column.clone(), values.clone()))).collect()
     }
 
-    /// Data for a top view of a record at these times, with parameter `values`; `None` if there is no such
-    /// view.
+    /// Data for a top view of a record at these times, with parameter `values`; `None` if there is no such view.
     fn scene(&self, _record: &Record, _times: &[f64], _values: &[f64]) -> Option<TopView> {
         None
     }
@@ -238,14 +228,12 @@ pub trait Describe: Simulate {
         Designs::default()
     }
 
-    /// Reason why no parameter values make the system fit these records, with a remedy; `None` if there is
-    /// none.
+    /// Reason why no parameter values make the system fit these records, with a remedy; `None` if there is none.
     fn foreign_records_objection(&self, _records: &[&Record], _sd: &[f64]) -> Option<Objection> {
         None
     }
 
-    /// Reason why calibrated parameter values are implausible, with the most likely remedy; `None` if they
-    /// are plausible.
+    /// Reason why calibrated parameter values are implausible, with a likely remedy; `None` if they are plausible.
     ///
     /// `values` are in the order of the system's [`parameters`](Simulate::parameters).
     fn implausible_values_objection(&self, _values: &[f64]) -> Option<Objection> {

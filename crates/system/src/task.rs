@@ -51,8 +51,7 @@ pub struct Task<'a> {
     pub parameters: &'a [f64],
     /// Record that provides times, inputs and covariates.
     pub record: &'a Record,
-    /// Range of the record's samples to simulate; a window that does not start at sample 0 starts during the
-    /// motion.
+    /// Range of the record's samples to simulate; a window that does not start at sample 0 starts during the motion.
     pub window: Range<usize>,
     /// Initial state at the first sample of the window, in the order of the schema.
     pub start: &'a [f64],
