@@ -221,7 +221,7 @@ impl Training {
         Ok(self.state())
     }
 
-    /// The trained parameters, under PyTorch's names.
+    /// Values of the trained parameters, under PyTorch's names.
     pub fn params(&self) -> &Params<f32> {
         &self.params
     }

@@ -23,7 +23,8 @@ pub enum Violations {
         ///
         /// That is how deep a time-stepping engine may let the ball sink.
         under_share: f64,
-        /// Mean depth beyond that limit over the states of `under_share`, m; 0 without any.
+        /// Mean excess over the allowed depth (one time step at the highest possible speed), m.
+        /// Mean over the states that exceed it; 0 without any.
         under_m: f64,
         /// Share of rebounds that end with more energy than they began with; 0 without rebounds.
         gain_share: f64,

@@ -3,7 +3,7 @@
 use super::lanes::{at_least, at_most};
 use pulp::Simd;
 
-/// Largest |t| for which 2^t is computed: the product of two factors of at most 1 + 2^43 is finite.
+/// Bound to which |t| is clamped in 1 + 2^t: the product of two factors of at most 1 + 2^43 is finite.
 const MAX_EXPONENT: f32 = 43.0;
 /// Rounding constant 1.5 * 2^23 + 127: adding it rounds to the nearest integer n, left as n + 127 in the low bits.
 ///

@@ -30,9 +30,9 @@ pub enum Decoder {
 pub struct DcvrnnSizes {
     /// Number of state columns, the width of the target x_t.
     pub state: usize,
-    /// Width of the condition u_t.
+    /// Number of conditions u_t that the net reads per step.
     pub condition: usize,
-    /// Width of the latent z_t.
+    /// Size of the latent z_t.
     pub latent: usize,
     /// Number of units of each GRU layer.
     pub hidden: usize,

@@ -42,7 +42,7 @@ pub(crate) struct Condition {
     base: Vec<[f64; 3]>,
     /// Unit of length of the targets, in m.
     length_m: f64,
-    /// Expected size of a deviation at each sample, by which targets are divided.
+    /// Expected size of the deviation from the reference pose at each sample, by which targets are divided.
     size: Vec<f64>,
 }
 
