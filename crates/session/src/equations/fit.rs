@@ -156,8 +156,9 @@ fn is_past(until: Option<Instant>) -> bool {
 ///
 /// Also returns the integration steps per sample interval.
 ///
-/// Steps are chosen at the declared values. If the calibrated values need finer steps or another method, the fit is repeated with them, so that the
-/// result does not depend on the step. `doublings` bounds the length of the windows.
+/// Steps are chosen at the declared values. If the calibrated values need finer steps or another method, the fit
+/// is repeated with them, so that the result does not depend on the step. `doublings` bounds the length of the
+/// windows.
 ///
 /// # Errors
 /// The model cannot be simulated, or the calibrated values need finer steps after each of [`MAX_STEP_ROUNDS`] fits.

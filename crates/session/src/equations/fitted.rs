@@ -17,7 +17,7 @@ use std::time::Instant;
 pub struct FitResult {
     /// Version of the result format.
     pub schema: &'static str,
-    /// Sentence that rejects the model, with the remedy, if it predicts an output worse than the mean of the output does.
+    /// Sentence that rejects the model, with a remedy; `None` if no output is predicted worse than by its mean.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rejection: Option<String>,
     /// The declared parameters with their calibrated values.
@@ -108,7 +108,8 @@ pub struct TriedInterpolation {
 /// Calibrates an equation model; returns the model with the calibrated values, and the result.
 ///
 /// # Errors
-/// [`Usage`] for another kind of model; data that do not fit the model or fail a check that is not in `accepted`, or a model that cannot be simulated.
+/// [`Usage`] for another kind of model. The data do not fit the model, or fail a check that is not in
+/// `accepted`. The model cannot be simulated.
 ///
 /// After `until` the fit ends with the best values so far. `interim` receives the result before the noise is
 /// estimated, which may take as long as the fit.
