@@ -106,7 +106,8 @@ fn needed_points(values: &[f64]) -> Vec<usize> {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: straight lines between the points follow the curve, however often it turns, and a straight curve has two points.
+    //! Contract: straight lines between the points of a curve follow it, however often it turns; a straight
+    //! one has two points.
     use super::*;
 
     #[test]
