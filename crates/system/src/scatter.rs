@@ -1,11 +1,11 @@
 //! Random effects: a parameter that varies at random between events or records.
 
-/// Whether a random effect is drawn anew for each event or for each record.
+/// Whether a random effect has a new draw for each event or for each record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ScatterPer {
-    /// The random offset of the parameter is drawn anew at each event, such as an impact.
+    /// The parameter has a new random offset at each event, such as an impact.
     Event,
-    /// The random offset of the parameter is drawn once for each record.
+    /// The parameter has one random offset for each record.
     Record,
 }
 
