@@ -7,13 +7,13 @@
 /// Layer sizes of a DCVRNN (recurrent variational network) without feature nets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Extents {
-    /// Number of state columns.
+    /// Number of state columns of the net.
     pub state: usize,
-    /// Number of condition columns.
+    /// Number of condition (input) columns of the net.
     pub condition: usize,
-    /// Number of latent variables per step.
+    /// Number of latent variables of the net per time step.
     pub latent: usize,
-    /// Number of hidden units per layer.
+    /// Number of hidden units per layer of the net.
     pub hidden: usize,
 }
 

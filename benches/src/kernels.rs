@@ -14,7 +14,7 @@ pub fn values(n: usize) -> Vec<f32> {
 #[derive(Debug)]
 struct Aligned {
     memory: Vec<f32>,
-    /// Index of the first aligned element.
+    /// Index of the first element that is on a cache line boundary.
     start: usize,
 }
 

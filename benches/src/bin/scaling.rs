@@ -28,7 +28,7 @@ const THREADS: [usize; 2] = [1, 2];
 /// Configuration of the ball: batch size, hidden units and time steps.
 const CENTRE: [usize; 3] = [100, 16, 400];
 
-/// Floating-point operations of one training iteration.
+/// Number of floating-point operations of one training iteration in this configuration.
 fn operations([batch, hidden, steps]: [usize; 3]) -> f64 {
     augsim_benches::flops::Extents { hidden, ..BALL }.training(batch, steps)
 }

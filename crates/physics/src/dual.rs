@@ -1,4 +1,4 @@
-//! Forward-mode automatic differentiation: dual numbers with a fixed number of derivative lanes.
+//! Forward-mode automatic differentiation: dual numbers with a fixed number of derivatives.
 
 use crate::Scalar;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
@@ -17,7 +17,9 @@ pub struct Dual<const N: usize> {
 }
 
 impl<const N: usize> Dual<N> {
-    /// Independent variable number `lane` with this value; a constant if `lane` is not below `N`.
+    /// Independent variable with this value: derivative number `lane` is 1, the others are 0.
+    ///
+    /// A constant (all derivatives 0) if `lane` is not below `N`.
     ///
     /// ```
     /// use augsim_physics::{Dual, Scalar};
@@ -33,7 +35,7 @@ impl<const N: usize> Dual<N> {
         Self { value, d }
     }
 
-    /// Applies the chain rule for a function f of one variable, given f and f' at `self.value`.
+    /// Applies the chain rule for a function f of one variable, given f (`value`) and f' (`slope`) there.
     #[inline(always)]
     fn chain(mut self, value: f64, slope: f64) -> Self {
         self.value = value;

@@ -25,7 +25,7 @@ pub(crate) fn store<S: Scalar>(out: &mut Simulated, sample: usize, channel: usiz
     out.set_row(sample, channel, x.value(), x.derivatives().iter().copied());
 }
 
-/// Evaluates an expression with the narrowest scalar type that has at least `count` lanes.
+/// Evaluates an expression with the narrowest scalar type that carries at least `count` derivatives.
 ///
 /// That is `f64` for 0, otherwise the first sufficient width of the list (in increasing order), or the
 /// widest.

@@ -30,13 +30,15 @@ pub trait Scalar:
     const DIFFERENTIATES: bool = Self::LANES > 0;
     /// A constant with this value and zero derivatives.
     fn constant(value: f64) -> Self;
-    /// Independent variable number `lane`; a constant if `lane` is not below [`LANES`](Self::LANES).
+    /// Independent variable with this value: derivative number `lane` is 1, the others are 0.
+    ///
+    /// A constant (all derivatives 0) if `lane` is not below [`LANES`](Self::LANES).
     fn variable(value: f64, lane: usize) -> Self;
     /// Derivatives of this number, one per lane; empty for `f64`.
     fn derivatives(&self) -> &[f64];
     /// Value of this number, without its derivatives.
     fn value(self) -> f64;
-    /// Square root, 0 for negative values.
+    /// Square root of this number, 0 for negative values.
     ///
     /// Its derivative at 0 is set to 0, so that a ball released at contact has finite derivatives.
     fn sqrt(self) -> Self;
@@ -50,7 +52,7 @@ pub trait Scalar:
     fn cos(self) -> Self;
     /// Hyperbolic tangent of this number.
     fn tanh(self) -> Self;
-    /// Angle of the point (`x`, `self`), rad; the derivative at the origin is set to 0.
+    /// Angle from the x axis to the point (`x`, `self`), rad; the derivative at the origin is set to 0.
     fn atan2(self, x: Self) -> Self;
     /// This number to the power of a constant exponent.
     fn powf(self, exponent: f64) -> Self;
@@ -104,12 +106,12 @@ impl Scalar for f64 {
     }
 }
 
-/// Dot product of two 3-vectors.
+/// Dot product of the 3-vectors `a` and `b`.
 pub fn dot<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> S {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Cross product `a × b`.
+/// Cross product `a × b` of two 3-vectors.
 ///
 /// ```
 /// use augsim_physics::scalar::cross;

@@ -73,7 +73,7 @@ pub fn check_file(output: &Path, inputs: &[&Path]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Checks that no different model file is overwritten without `--force`.
+/// Checks that no other model file is overwritten without `--force`.
 ///
 /// # Errors
 /// A different model file exists.
@@ -84,7 +84,7 @@ pub fn check_model(path: &Path, text: &str, force: bool) -> anyhow::Result<()> {
     }
 }
 
-/// Whether two paths are the same file, including hard and symbolic links.
+/// Whether two paths are the same file, also through hard or symbolic links.
 fn is_same(a: &Path, b: &Path) -> bool {
     let canonical = |path: &Path| std::fs::canonicalize(path).ok();
     canonical(a).is_some_and(|a| Some(a) == canonical(b))
@@ -122,7 +122,7 @@ pub struct Results<'a> {
     pub inputs: &'a [&'a Path],
     /// Record of the command, settings and inputs that determine the results.
     pub record: Record,
-    /// Whether the results of another run may be overwritten.
+    /// Whether the results of another run in the folder may be overwritten.
     pub force: bool,
 }
 
@@ -187,7 +187,7 @@ fn check_results(folder: &Path, files: &[&str], record: &Record) -> anyhow::Resu
 pub const RESULT: &str = "result.json";
 /// Name of the HTML report file.
 pub const REPORT: &str = "report.html";
-/// Name of the file with run times. No other file differs between identical runs.
+/// Name of the file with run times, the only file that differs between identical runs.
 const TIMING: &str = "timing.json";
 
 impl Claim {
@@ -221,7 +221,7 @@ impl Claim {
         Ok(path)
     }
 
-    /// Writes `timing.json`: seconds since the folder was claimed, and `more`.
+    /// Writes `timing.json`: seconds since the results folder was claimed, and `more`.
     ///
     /// # Errors
     /// The file cannot be written.

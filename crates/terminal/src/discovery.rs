@@ -154,7 +154,7 @@ impl Observer for Relay<'_> {
     }
 }
 
-/// Claims the results folder for these settings and inputs.
+/// Locks the results folder for a discovery with these settings and inputs.
 fn claim(args: &Discover, seed: u64, force: bool) -> anyhow::Result<Claim> {
     let record = Record::new("discover")
         .setting("seed", seed)

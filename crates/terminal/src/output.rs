@@ -67,9 +67,10 @@ impl Output {
     }
 }
 
-/// Serialises a value as JSON and escapes all characters that a terminal could interpret. JSON itself
-/// requires this for the first 32 characters only. Such characters occur in strings only, so the escaped
-/// text parses to the same value.
+/// Serialises a value as JSON and escapes all characters that a terminal could interpret.
+///
+/// JSON itself requires this for the first 32 characters only. Such characters occur in strings only, so the
+/// escaped text parses to the same value.
 fn json(value: &impl Serialize) -> anyhow::Result<String> {
     let text = serde_json::to_string_pretty(value)?;
     if escape_control_characters(&text) == text {

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 /// Name of the file with the record of a run.
 pub const RECORD: &str = "run.toml";
 
-/// Command, settings and inputs that determine the results in a folder.
+/// Record of a run: command, settings and inputs that determine the results in a folder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// Version of augsim that made the results; other versions may give other results.
@@ -75,7 +75,7 @@ impl Record {
         found.cloned().unwrap_or_else(|| fingerprint(path))
     }
 
-    /// Reads the record in a folder; `None` if there is none.
+    /// Reads the record of the results in a folder; `None` if there is none.
     ///
     /// # Errors
     /// The file cannot be read or is not a record.
@@ -90,7 +90,7 @@ impl Record {
         }
     }
 
-    /// Writes the record into a folder.
+    /// Writes the record of a run into a folder.
     ///
     /// # Errors
     /// The file cannot be written.

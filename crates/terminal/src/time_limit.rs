@@ -1,4 +1,4 @@
-//! The option `--time-limit`.
+//! Deadlines of the option `--time-limit`.
 
 use augsim_session::Usage;
 use augsim_session::usage::Takes;
@@ -15,7 +15,7 @@ const SEARCH_SHARE: f64 = 0.5;
 pub struct TimeLimit {
     /// Time at which fits and search end, so that time remains to assess their result.
     pub search: Instant,
-    /// Time at which the command writes the best result so far.
+    /// Time at which the command ends and writes the best result so far.
     pub end: Instant,
 }
 

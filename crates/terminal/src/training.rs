@@ -19,7 +19,7 @@ pub struct Times {
 }
 
 impl Times {
-    /// Collects the times of the trained networks.
+    /// Collects the training times of networks.
     pub fn from_trained<'a>(trained: impl IntoIterator<Item = &'a Trained>) -> Self {
         let time_of = |t: &Trained| (t.model.name().to_owned(), t.seconds_per_iteration);
         Times { seconds_per_iteration: trained.into_iter().map(time_of).collect() }

@@ -1,4 +1,4 @@
-//! Runs work on a thread of its own, so that it can be left at a time limit or a signal with the best result so far.
+//! Runs work on its own thread, to return the best result so far at a time limit or a signal.
 //!
 //! The work reports interim results. When the limit passes or a signal arrives, the last of them is the
 //! result, and the thread is abandoned: it ends with the process.
@@ -27,7 +27,7 @@ pub enum Report<P, R> {
 /// Reason why the work was stopped before its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stop {
-    /// The time limit passed.
+    /// The time limit of the work passed.
     TimeLimit,
     /// The process received a signal.
     Signal,

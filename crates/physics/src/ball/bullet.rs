@@ -21,20 +21,20 @@ use serde::{Deserialize, Serialize};
 /// It differs by 9e-10 from the double 0.04, which `changeDynamics(linearDamping=0.04)` sets.
 pub const DEFAULT_DAMPING: f64 = 0.04_f32 as f64;
 
-/// Speed at contact below which there is no rebound, m/s; the literal `0.2f`.
+/// Speed of the ball at contact below which it does not rebound, m/s; the literal `0.2f`.
 const RESTITUTION_THRESHOLD: f64 = 0.2_f32 as f64;
 /// Fraction of the penetration that the solver removes in one step (contact ERP).
 const CONTACT_ERP: f64 = 0.08;
 /// Penetration that the solver does not correct, m (`m_linearSlop` of the PyBullet server).
 const LINEAR_SLOP: f64 = 1e-5;
 
-/// Collision shape of the ground, which decides when a contact is reported.
+/// Collision shape of the ground, which decides at which gap a contact is reported.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Ground {
-    /// `plane.urdf`: a box inside a compound shape; contact requires overlap.
+    /// Ground of `plane.urdf`: a box inside a compound shape; contact requires overlap.
     PlaneUrdf,
-    /// `GEOM_PLANE`: contacts are reported up to 0.02 sqrt(3) R above the ground (speculative contacts).
+    /// Ground `GEOM_PLANE`: contacts are reported up to 0.02 sqrt(3) R above it, R the radius of the ball.
     ///
     /// They slow the ball down before it reaches the ground.
     GeomPlane,
@@ -43,7 +43,7 @@ pub enum Ground {
 /// State of the ball in the PyBullet scheme: height of the centre and velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BulletState {
-    /// Height of the centre above the ground, m.
+    /// Height of the ball's centre above the ground, m.
     pub centre_m: f64,
     /// Vertical velocity of the ball, m/s, positive upwards.
     pub velocity_m_s: f64,
@@ -61,7 +61,7 @@ pub struct BulletBall {
     /// Damping k: the acceleration is -v (k + k |v|), with k in 1/s in the first and in 1/m in the second
     /// term.
     pub damping: f64,
-    /// Product of the restitutions of ball and ground.
+    /// Restitution of the contact: the product of the restitutions of ball and ground.
     pub restitution: f64,
     /// Time step of the simulation, s.
     pub step_s: f64,
@@ -127,7 +127,7 @@ impl BulletBall {
         }
     }
 
-    /// Simulates a drop from rest; returns `steps + 1` pairs of centre height (m) and velocity (m/s).
+    /// Simulates a drop from rest at `centre_m`; returns `steps + 1` pairs of height (m) and velocity (m/s).
     pub fn simulate(&self, centre_m: f64, steps: usize) -> Vec<(f64, f64)> {
         let mut state = BulletState { centre_m, velocity_m_s: 0.0 };
         let mut path = Vec::with_capacity(steps + 1);

@@ -13,7 +13,7 @@
 
 use crate::Scalar;
 
-/// A contact phase, from touchdown to take-off.
+/// The contact of the ball with the ground, from touchdown to take-off.
 pub(super) struct Contact<S> {
     /// Half period of the contact spring without gravity, τ, s.
     tau: S,

@@ -44,7 +44,7 @@ pub(super) fn from_columns(constant: &dyn Fn(&str) -> Option<f64>) -> Vec<f64> {
     values.map(|v| v.unwrap_or(f64::NAN)).to_vec()
 }
 
-/// The covariates of a record; 0 where not recorded.
+/// Covariates of a record as the engine uses them; 0 where not recorded.
 pub(super) fn values_or_zero(record: &Record) -> Covariates {
     let value = |i: usize| record.covariate(i).unwrap_or(0.0);
     Covariates {
@@ -64,12 +64,12 @@ pub(super) fn clock_s(record: &Record) -> f64 {
     record.covariate(CLOCK).unwrap_or(0.0)
 }
 
-/// Whether any record has a spin other than 0.
+/// Whether any of the records has a spin other than 0.
 pub(super) fn has_spin(records: &[&Record]) -> bool {
     records.iter().any(|r| values_or_zero(r).spin_rad_s != [0.0; 3])
 }
 
-/// Whether every record has a session time.
+/// Whether every record has a session time of its start.
 pub(super) fn has_start_time(records: &[&Record]) -> bool {
     !records.is_empty() && records.iter().all(|r| r.covariate(CLOCK).is_some())
 }
@@ -83,7 +83,7 @@ pub(super) fn area_per_mass_varies(records: &[&Record]) -> bool {
     low > 0.0 && high > 1.05 * low
 }
 
-/// The covariates of `record` at session time 0, with another spin about y, rad/s.
+/// Covariates of `record` at session time 0, with the spin `spin_rad_s` about y, rad/s.
 pub(super) fn with_spin(record: &Record, spin_rad_s: f64) -> Vec<f64> {
     let mut values = record.covariates.clone();
     for (i, value) in [(CLOCK, 0.0), (1, 0.0), (2, spin_rad_s), (3, 0.0)] {

@@ -1,9 +1,9 @@
-//! Candidate throws for experiment design.
+//! Candidate throws from which experiment design chooses the next experiment.
 
 use super::covariates::{has_spin, with_spin};
 use augsim_system::{Design, Designs, Record, Window};
 
-/// Duration of a candidate record, s.
+/// Duration of a candidate throw's record, s.
 const DURATION_S: f64 = 2.5;
 /// Number of impacts after which a candidate record ends.
 const MAX_IMPACTS: usize = 6;

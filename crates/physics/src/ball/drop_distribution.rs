@@ -22,7 +22,7 @@ const TIME_TOLERANCE_S: f64 = 1e-4;
 /// Distribution of drops: drop height, restitution, and simulation settings.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct DropDistribution {
-    /// Range of the drop height of the underside, m; uniformly distributed.
+    /// Range of the uniformly distributed drop height of the ball's underside, m.
     pub drop_height_m: [f64; 2],
     /// Mean of the normally distributed restitution.
     pub restitution_mean: f64,
@@ -49,7 +49,7 @@ impl Default for DropDistribution {
 /// Random values of one trajectory: drop height and restitution.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Drop {
-    /// Height of the underside at release, m.
+    /// Height of the ball's underside at release, m.
     pub drop_height_m: f64,
     /// Combined restitution of ball and ground.
     pub restitution: f64,

@@ -15,14 +15,14 @@ use super::{
 use crate::Scalar;
 use crate::scalar::{axpy, cross, dot};
 
-/// Normal speed after an impact below which the ball stays on the ground, m/s; a bounce of 0.5 nm.
+/// Normal speed after an impact below which the ball stays on the ground, m/s; it would rise by 0.5 nm.
 const REST_SPEED: f64 = 1e-4;
 /// Integration step of flight, s; the position error is 1e-6 m for a table-tennis ball with drag at 5 m/s.
 const STEP_S: f64 = 0.05;
 /// Number of bounces after which the ball is taken to be at rest; guards against endless loops.
 const MAX_BOUNCES: usize = 20_000;
 
-/// Offsets of the restitution: realisations of its random scatter.
+/// Offsets that are added to the restitution at impacts: realisations of its random scatter.
 #[derive(Clone, Copy, Debug)]
 pub enum Offsets<'a, S> {
     /// No offsets: every impact has the restitution of the model.
@@ -36,13 +36,13 @@ pub enum Offsets<'a, S> {
 /// Inputs of one simulation: effects, parameters, initial state, covariates and restitution offsets.
 #[derive(Clone, Copy, Debug)]
 pub struct Throw<'a, S> {
-    /// The active effects.
+    /// Effects that act on the ball, and the layout of the parameters.
     pub world: &'a World,
     /// Parameter values of base model and effects, as many as `world.parameter_count()`.
     pub parameters: &'a [S],
     /// Initial state of the ball, which is held there before `start.time`.
     pub start: State<S>,
-    /// Covariates of the trajectory.
+    /// Covariates of the simulated trajectory.
     pub covariates: &'a Covariates,
     /// Offsets that are added to the restitution at the impacts.
     pub offsets: Offsets<'a, S>,
@@ -53,11 +53,11 @@ pub struct Throw<'a, S> {
 /// Result of a simulation. Reuse one for many runs to avoid allocations.
 #[derive(Clone, Debug, Default)]
 pub struct Run<S> {
-    /// Measured position at each requested time, m, including sensor effects.
+    /// Measured position of the ball at each requested time, m, including sensor effects.
     pub positions: Vec<[S; 3]>,
-    /// True velocity at each requested time, m/s, if velocities were requested.
+    /// True velocity of the ball at each requested time, m/s, if velocities were requested.
     pub velocities: Vec<[S; 3]>,
-    /// Impacts up to the last requested time; heights in their positions are relative to the floor.
+    /// Impacts up to the last requested time; their positions have heights relative to the floor, m.
     pub impacts: Vec<ImpactRecord<S>>,
     /// Time at which the ball came to rest, s; `None` if it did not.
     pub rest_time: Option<S>,
@@ -101,11 +101,11 @@ struct Engine<'a, S> {
     inertia_ratio: S,
     /// Height of the floor in the coordinates of the data, m.
     floor: S,
-    /// Unit normal of the ground.
+    /// Unit normal of the ground, upwards.
     normal: [S; 3],
     /// Constant part of the ball's acceleration, m/s².
     constant: [S; 3],
-    /// Velocity of the air, m/s.
+    /// Velocity of the air (wind), m/s.
     air: [S; 3],
     has_closed_form: bool,
     samples_velocity: bool,
@@ -395,7 +395,7 @@ impl<'a, S: Scalar> Engine<'a, S> {
         }
     }
 
-    /// Simulates the contact from `arrival`; returns the state after it, or `None` if the ball stays.
+    /// Simulates an impact from the state `arrival`; returns the state after it, `None` if the ball stays.
     fn bounce(&mut self, arrival: &State<S>) -> Option<State<S>> {
         let normal_velocity = self.normal_velocity(&arrival.velocity);
         let speed = -normal_velocity;

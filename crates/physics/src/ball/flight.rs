@@ -24,7 +24,7 @@ pub(super) fn time_to_contact<S: Scalar>(gap: S, rate: S, accel: S) -> Option<S>
     if rate.value() >= 0.0 { Some((rate + root) / pull) } else { Some(gap * 2.0 / (root - rate)) }
 }
 
-/// An integration step: both end states, for Hermite interpolation between them.
+/// A Runge-Kutta step of flight: the states at both ends, for Hermite interpolation between them.
 #[derive(Clone, Copy)]
 pub(super) struct Step<S> {
     pub start: State<S>,

@@ -38,7 +38,7 @@ impl Default for ErrorFloorOptions {
     }
 }
 
-/// Scores of predictors that know the data distribution and the initial state of each trajectory.
+/// Scores of the best possible predictors, which know data distribution and initial states.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Floor {
     /// Scores of the median at each time, which minimises the mean absolute errors.
@@ -51,9 +51,9 @@ pub struct Floor {
     pub mean_of_samples: BallScore,
     /// Scores of one draw as prediction; the error is averaged over all draws.
     pub one_sample: BallScore,
-    /// CRPS of the exact distribution of the height, m.
+    /// CRPS of the exact distribution as predictor of the height, m.
     pub crps_height_m: Estimate,
-    /// CRPS of the exact distribution of the velocity, m/s.
+    /// CRPS of the exact distribution as predictor of the velocity, m/s.
     pub crps_velocity_m_s: Estimate,
 }
 
@@ -158,7 +158,7 @@ struct Buffers {
     weights: Vec<f64>,
 }
 
-/// Errors of each predictor on the trajectory `o`, from an ensemble with its initial state.
+/// Errors of each predictor on the trajectory `o`, from an ensemble with the same initial state.
 fn score(o: &Observation<'_>, ensemble: &Ensemble, averaged: usize, w: &mut Buffers) -> Scored {
     fill_weights(ensemble, &mut w.weights);
     let mut height = Sums::default();

@@ -3,18 +3,18 @@
 use super::Covariates;
 use crate::Scalar;
 
-/// The instant of contact, as passed to the effects on impacts.
+/// State of the ball at an impact, as passed to the effects on impacts.
 #[derive(Clone, Copy, Debug)]
 pub struct Impact<'a, S> {
-    /// Index of the impact, 0 for the first.
+    /// Index of the impact in the trajectory, 0 for the first.
     pub index: usize,
     /// Time of the impact since the release, s.
     pub time: S,
     /// Position of the contact, m.
     pub position: [S; 3],
-    /// Approach speed along the ground's normal, m/s, positive.
+    /// Approach speed of the ball along the ground's normal, m/s, positive.
     pub normal_speed: S,
-    /// Velocity of the contact point along the ground, m/s: `v_t - R ω × n`.
+    /// Slip: velocity of the contact point along the ground, m/s, `v_t - R ω × n`.
     pub slip: [S; 3],
     /// Velocity of the ball's centre along the ground, m/s.
     pub tangential: [S; 3],
@@ -42,11 +42,11 @@ pub struct ImpactRecord<S> {
     pub time: S,
     /// Position of the contact, m.
     pub position: [S; 3],
-    /// Approach speed along the normal, m/s.
+    /// Approach speed of the ball along the ground's normal, m/s.
     pub speed_in: S,
-    /// Departure speed along the normal, m/s; 0 if the ball comes to rest.
+    /// Departure speed of the ball along the ground's normal, m/s; 0 if it comes to rest.
     pub speed_out: S,
-    /// Velocity of the centre along the ground before the impact, m/s.
+    /// Velocity of the ball's centre along the ground before the impact, m/s.
     pub tangential: [S; 3],
     /// Slip velocity of the contact point before the impact, m/s.
     pub slip: [S; 3],

@@ -5,7 +5,7 @@ use augsim_system::statistics::median;
 use augsim_system::{Objection, Parameter, Record};
 use thiserror::Error;
 
-/// Largest accepted residual norm of a free fall in the first flight, relative to the spread of its heights.
+/// Largest accepted residual norm of a free fall in the first flight, relative to the heights' spread.
 ///
 /// Twice the ratio of a ball at half its terminal speed, and below the ratio of 0.25 that wrong units give.
 const MAX_RESIDUAL_RATIO: f64 = 0.2;
@@ -26,7 +26,7 @@ enum Reason {
     TooFewHeights,
 }
 
-/// The error of a record with too few measured heights.
+/// Error for a record with too few measured heights.
 pub(super) fn too_few_heights() -> Objection {
     Objection::new(Reason::TooFewHeights)
 }

@@ -32,7 +32,7 @@ pub(crate) fn median(keys: &[u64], middle: usize) -> f64 {
     }
 }
 
-/// Weighted median: the smallest value at which half of the total weight is reached.
+/// Weighted median of the encoded draws: the smallest value at which half of the weight is reached.
 ///
 /// Bisects the index range; the keys are already partitioned at `middle`.
 pub(crate) fn weighted_median(keys: &mut [u64], mut middle: usize, weights: &[f64]) -> f64 {

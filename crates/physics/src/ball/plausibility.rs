@@ -9,7 +9,7 @@ use augsim_system::statistics::median;
 use augsim_system::{Objection, Parameter, Record};
 use thiserror::Error;
 
-/// Gravity on Earth, m/s².
+/// Gravitational acceleration on Earth, m/s².
 const EARTH_GRAVITY: f64 = 9.81;
 /// Largest accepted ratio (or its inverse) of calibrated gravity to declared or Earth's gravity.
 ///
@@ -20,7 +20,7 @@ const MAX_GRAVITY_RATIO: f64 = 1.25;
 ///
 /// Drag can halve the acceleration.
 const MAX_INITIAL_GRAVITY_RATIO: f64 = 3.0;
-/// Standard deviation of the restitution from which the body is not a ball.
+/// Standard deviation of the restitution above which the body is not a ball.
 ///
 /// Synthetic data that are hard to predict have 0.1; tumbling bodies reach 0.2 to 0.3.
 const MAX_SCATTER: f64 = 0.15;
@@ -99,7 +99,7 @@ pub(super) fn implausible(parameters: &[Parameter], values: &[f64]) -> Option<Ob
     check_gravity(p, found, MAX_GRAVITY_RATIO)
 }
 
-/// Objects to a gravity that differs by more than `factor` from the declared one and from Earth's.
+/// Objection if gravity `found` differs by more than `factor` from the declared and from Earth's gravity.
 fn check_gravity(p: &Parameter, found: f64, factor: f64) -> Option<Objection> {
     let is_plausible =
         is_within_factor(found, p.nominal, factor) || is_within_factor(found, EARTH_GRAVITY, factor);
@@ -158,7 +158,7 @@ fn observed_gravity(records: &[&Record]) -> Option<f64> {
     (!accelerations.is_empty()).then(|| median(&mut accelerations))
 }
 
-/// An impact that is fast enough for a good estimate of the restitution.
+/// An impact fast enough for a good estimate of the restitution, with its regressors.
 struct Hit {
     /// Index of the record of the impact.
     record: usize,

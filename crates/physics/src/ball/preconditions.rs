@@ -15,12 +15,12 @@ pub(super) struct Preconditions<'a> {
     pub has_radius: bool,
     /// Parameters that the model declares.
     pub parameters: &'a [Parameter],
-    /// Kinds of effects that the model declares.
+    /// Kinds of the effects that the model declares.
     pub kinds: &'a [String],
 }
 
 impl Preconditions<'_> {
-    /// Whether the library's effect with this index can be searched for in these records.
+    /// Whether discovery can search for the library effect with this index in these records.
     ///
     /// It cannot if the model already has it, an effect that excludes it, or a calibrated parameter with the
     /// same effect.

@@ -5,7 +5,7 @@ use augsim_data::Dataset;
 use augsim_system::statistics::median;
 use augsim_system::{DetectedEvent, Record};
 
-/// Gravity that is assumed for data without a model, m/s².
+/// Gravitational acceleration that is assumed for data without a model, m/s².
 const ASSUMED_GRAVITY: f64 = 9.81;
 /// Median magnitude of third differences of unit white noise: 0.6745 sqrt(1 + 9 + 9 + 1).
 const MEDIAN_THIRD_DIFFERENCE: f64 = 0.6745 * 4.472_136;

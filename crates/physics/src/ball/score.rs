@@ -8,7 +8,7 @@ use augsim_data::{DataError, Dataset};
 use serde::Serialize;
 use thiserror::Error;
 
-/// Why a prediction cannot be scored.
+/// Reason why a prediction cannot be scored.
 #[derive(Debug, Error)]
 pub enum ScoreError {
     /// A required column is missing, or the data are invalid.
@@ -39,7 +39,7 @@ pub enum ScoreError {
         /// Smallest possible number of draws.
         needed: usize,
     },
-    /// Samples are not at the engine's time steps.
+    /// The samples of a trajectory are not at the engine's time steps.
     #[error(
         "trajectory `{trajectory}`: sample {sample} is not {sample} steps of {step_s} s after \
          the first; this engine has a fixed step: resample the data"
@@ -77,9 +77,9 @@ impl Estimate {
 /// Mean errors of a predictor on a data set: height, velocity and trans %.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct BallScore {
-    /// Mean absolute height error, m.
+    /// Absolute height error, mean over samples and trajectories, m.
     pub position_m: Estimate,
-    /// Mean absolute velocity error, m/s.
+    /// Absolute velocity error, mean over samples and trajectories, m/s.
     pub velocity_m_s: Estimate,
     /// Relative height error (trans %), mean over the trajectories, %.
     pub trans_percent: Estimate,
@@ -123,7 +123,7 @@ impl Observation<'_> {
     }
 }
 
-/// The trajectories of `truth`; an error if one has gaps or heights that are all 0.
+/// True heights and velocities of each trajectory; an error if one has gaps or heights that are all 0.
 pub(crate) fn observations(truth: &Dataset) -> Result<Vec<Observation<'_>>, ScoreError> {
     let (height, velocity) = (truth.column_index("height_m")?, truth.column_index("velocity_m_s")?);
     if truth.trajectories().is_empty() {

@@ -15,7 +15,7 @@ const MIN_JUMP_M: f64 = 0.025;
 const SIDE_DURATION: f64 = 0.120;
 /// Time around an impact, s, whose samples belong to no arc.
 const MARGIN: f64 = 0.015;
-/// Shortest usable arc between two impacts: duration, s, and number of measured heights.
+/// Shortest usable arc between two impacts: its duration, s, and its number of measured heights.
 const MIN_ARC: (f64, usize) = (0.16, 9);
 /// Minimum number of measured heights of any arc.
 const MIN_HEIGHTS: usize = 5;
@@ -27,7 +27,7 @@ fn measured_samples(values: &[f64]) -> Vec<usize> {
     (0..values.len()).filter(|&k| values[k].is_finite()).collect()
 }
 
-/// The elements of `values` at `indices`.
+/// Elements of `values` with the given indices.
 fn select(indices: &[usize], values: &[f64]) -> Vec<f64> {
     indices.iter().map(|&k| values[k]).collect()
 }
@@ -96,7 +96,7 @@ impl Heights {
         Self { samples, times, z, step, lag_samples, lag }
     }
 
-    /// Number of measured heights in a sample range of the record.
+    /// Number of measured heights in the sample range `arc` of the record.
     fn count(&self, arc: &Range<usize>) -> usize {
         self.samples.iter().filter(|k| arc.contains(k)).count()
     }

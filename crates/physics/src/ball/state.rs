@@ -2,7 +2,7 @@
 
 use crate::Scalar;
 
-/// Which of the three coordinates the data contain.
+/// Which of the three coordinates of the ball the data contain.
 ///
 /// `z` points up. The tracked point is the lowest point of the ball, so that contact is at height 0 above the
 /// floor.

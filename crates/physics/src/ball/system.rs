@@ -38,9 +38,9 @@ pub struct Ball {
     laws: Vec<ModelTerm>,
     released_at_rest: bool,
     declaration: BallDeclaration,
-    /// Whether the model declares a radius.
+    /// Whether the model declares a radius of the ball.
     has_radius: bool,
-    /// Height of the floor estimated from the records, m, where it is calibrated.
+    /// Height of the floor estimated from the records, m; `None` unless it is calibrated.
     detected_floor_m: Option<f64>,
 }
 
@@ -53,7 +53,7 @@ pub struct BallDeclaration {
     pub floor: bool,
     /// Kinds of the declared effects, including the random scatter.
     pub kinds: Vec<String>,
-    /// Standard deviation of the measured position, m.
+    /// Declared standard deviation of the measured position, m; `None` if not declared.
     pub position_sd_m: Option<f64>,
     /// Declared random scatter of the restitution; `None` if not declared.
     pub scatter: Option<Scatter>,
@@ -102,7 +102,7 @@ impl Ball {
         }
     }
 
-    /// Height of the floor before any fit, m: estimated from the records, or declared.
+    /// Height of the floor before any fit, m: estimated from the records, else declared.
     fn floor_m(&self) -> f64 {
         self.detected_floor_m.unwrap_or(self.parameters[FLOOR].nominal)
     }

@@ -1,4 +1,4 @@
-//! The set of active effects, and the position of their parameters in the parameter vector.
+//! The set of active effects of the ball, and the index of their parameters in the parameter vector.
 
 use super::Axes;
 use super::effects::{self, Law, TABLE_KIND, Table};
@@ -27,7 +27,7 @@ pub enum LawRef {
     Table(Table),
 }
 
-/// An active effect with its range in the parameter vector.
+/// An active effect with the range of its parameters in the parameter vector.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Term {
     /// The library effect or table.
@@ -90,7 +90,7 @@ impl World {
         &self.terms
     }
 
-    /// Kind of the effect that has the parameter with this index; `None` for a base parameter.
+    /// Kind of the effect to which the parameter with this index belongs; `None` for a base parameter.
     pub(super) fn owner(&self, parameter: usize) -> Option<&'static str> {
         let term = self.terms.iter().find(|t| (t.first..t.first + t.count).contains(&parameter))?;
         match term.law {

@@ -1,6 +1,6 @@
-//! Number of edits between two words, for suggestions.
+//! Edit distance between two words, for suggestions of a correct spelling.
 
-/// Levenshtein distance, for "did you mean".
+/// Levenshtein distance between two words, for suggestions of a correct spelling.
 pub(crate) fn edit_distance(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();
     let mut row: Vec<usize> = (0..=b.len()).collect();

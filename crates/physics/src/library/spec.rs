@@ -52,7 +52,7 @@ pub struct ParameterSpec {
     pub null: f64,
 }
 
-/// Data without which an effect cannot be searched for.
+/// Data without which discovery cannot search for an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Needs {
     /// The effect needs no special data.
@@ -120,7 +120,7 @@ pub struct Join {
     pub effect_starts: &'static [&'static [f64]],
 }
 
-/// Start values of the fit of an added effect.
+/// Where the fit of a model with an added effect starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Start {
     /// Fits start from the one-step estimate of the effect's score test.
@@ -185,7 +185,7 @@ pub struct EffectSpec {
 }
 
 impl EffectSpec {
-    /// Default values of all fields, for struct update syntax.
+    /// Description with default values, to write other descriptions by struct update syntax.
     pub const DEFAULT: EffectSpec = EffectSpec {
         kind: "",
         location: Location::Flight,

@@ -1,4 +1,4 @@
-//! Models with the results of a fit, and the implementation of [`Declaration`].
+//! Writes the results of a fit into models, and implements [`Declaration`] for them.
 
 use super::{EffectBlock, Model, ModelFile, PushModel};
 use crate::ball::Axes;
@@ -145,7 +145,7 @@ impl PushModel {
 }
 
 impl ModelFile {
-    /// The model as a [`Declaration`].
+    /// The model file as a [`Declaration`], whatever its scenario.
     pub fn declaration(&self) -> &dyn Declaration {
         match self {
             ModelFile::Ball(model) => model,
@@ -153,7 +153,7 @@ impl ModelFile {
         }
     }
 
-    /// Text of the model file, after checking that it parses back to the same model.
+    /// Text of the model file, after a check that it parses back to the same model.
     ///
     /// # Errors
     /// [`RoundTripError`] if it does not.

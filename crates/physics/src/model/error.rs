@@ -5,7 +5,7 @@ use augsim_data::{escaped_cause, escaped_short, unreadable_text};
 use std::fmt;
 use thiserror::Error;
 
-/// Why a model file cannot be used; every message names file, line and remedy.
+/// Reason why a model file cannot be used; every message names file, line and remedy.
 #[derive(Debug, Error)]
 pub enum ModelError {
     /// The model file cannot be read.
@@ -35,7 +35,7 @@ pub enum ModelError {
         file: String,
         /// Line of the syntax error, from 1.
         line: usize,
-        /// Error of the TOML parser.
+        /// Error message of the TOML parser.
         cause: Box<toml::de::Error>,
     },
     /// The model file has an unknown key.

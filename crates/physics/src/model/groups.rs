@@ -1,4 +1,4 @@
-//! Parameter values by group: matching the groups of a model file to those of the data.
+//! Parameter values by group: checks and selects the groups of a model file by those of the data.
 
 use super::{Model, ModelFile, PushModel};
 use augsim_system::{Parameter, Per, UnknownGroup, unknown_group};
@@ -44,7 +44,7 @@ impl ModelFile {
         parameters.iter_mut().chain(effects.iter_mut().flat_map(|b| &mut b.parameters))
     }
 
-    /// Drops the values of all groups except `groups`, for data that contain only these.
+    /// Drops the parameter values of all groups except `groups`, for data that contain only these.
     pub fn keep_groups(&mut self, groups: &[String]) {
         self.parameters_mut().for_each(|p| p.groups.retain(|(name, _)| groups.contains(name)));
     }

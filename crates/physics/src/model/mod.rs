@@ -32,10 +32,10 @@ fn read<T>(path: &Path, parse: fn(&str, &str) -> Result<T, ModelError>) -> Resul
     }
 }
 
-/// An `[[effect]]` block of a model file.
+/// An `[[effect]]` block of a model file: one effect with its parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EffectBlock {
-    /// Kind of the effect in the library.
+    /// Kind of the effect in the effect library.
     pub kind: String,
     /// For a random effect: whether it is drawn per event or per record; `None` for other effects.
     pub scatter: Option<ScatterPer>,
@@ -70,12 +70,12 @@ pub struct Model {
     pub clock_reference_s: Option<f64>,
     /// How the initial state of each trajectory is determined.
     pub release: Release,
-    /// Effects in the model.
+    /// Effects that the model file declares.
     pub effects: Vec<EffectBlock>,
 }
 
 impl Model {
-    /// Reads and parses a model file.
+    /// Reads and parses the model file of a ball.
     ///
     /// # Errors
     /// [`ModelError`], with file, line and remedy.
@@ -83,7 +83,7 @@ impl Model {
         read(path, Self::parse)
     }
 
-    /// Parses the text of a model file; `file` is used in messages.
+    /// Parses the text of a ball's model file; `file` is used in messages.
     ///
     /// ```
     /// use augsim_physics::model::Model;
@@ -117,7 +117,7 @@ impl Model {
         }
     }
 
-    /// Builds the world and the nominal parameter vector; random effects are not part of either.
+    /// Effects and nominal parameter vector of the model; random effects are not part of either.
     pub fn world(&self, axes: Axes) -> (World, Vec<f64>) {
         let mut world = World::new(axes);
         let mut values: Vec<f64> = self.parameters.iter().map(|p| p.nominal).collect();

@@ -28,11 +28,11 @@ pub(super) fn effect_default(spec: &ParameterSpec) -> Parameter {
     Parameter::free(spec.name.into(), spec.typical, spec.min, spec.max)
 }
 
-/// Look-ups in the effect library of a scenario.
+/// Functions that look up effects in the library of a scenario, ball or push.
 pub(super) struct Library {
     pub(super) spec_of: fn(&str) -> Option<&'static EffectSpec>,
     pub(super) similar_kinds: fn(&str) -> Vec<&'static str>,
-    /// An example line for messages about a missing `kind`.
+    /// Example line for the error message about a missing `kind`.
     pub(super) example: &'static str,
 }
 
@@ -58,7 +58,7 @@ impl<'t> Reader<'t> {
         })
     }
 
-    /// Checks the key `scenario`; `example` is the line that the error suggests.
+    /// Checks the key `scenario`; `example` is the line that the error message suggests.
     pub(super) fn scenario(
         &self,
         root: &DeTable<'_>,
@@ -318,7 +318,7 @@ impl<'t> Reader<'t> {
         Ok(EffectBlock { scatter, ..block })
     }
 
-    /// Reads an `[[effect]]` block with a table.
+    /// Reads an `[[effect]]` block of kind `table`.
     fn tabulated(&self, table: &DeTable<'_>, line: usize) -> Result<EffectBlock, ModelError> {
         let place = || Place::EffectOfKind(TABLE_KIND);
         self.known(table, place(), &["kind", "target", "against", "first", "last", "values"])?;

@@ -44,8 +44,7 @@ pub struct PushModel {
     pub object: Object,
     /// Outline of the object as given in the file, vertices in m; `None` for a named object.
     pub polygon_m: Option<Vec<[f64; 2]>>,
-    /// Base parameters in the order of [`BASE_PARAMETERS`]; those not in the file are frozen at their
-    /// defaults.
+    /// Base parameters in the order of [`BASE_PARAMETERS`]; frozen at their defaults if not in the file.
     ///
     /// The default of `c_m` is that of uniform pressure.
     pub parameters: Vec<Parameter>,
@@ -55,7 +54,7 @@ pub struct PushModel {
     pub position_sd_m: Option<f64>,
     /// Declared standard deviation of the angle sensor, rad; `None` if not declared.
     pub angle_sd_rad: Option<f64>,
-    /// Effects in the model.
+    /// Effects that the model file declares.
     pub effects: Vec<EffectBlock>,
 }
 
@@ -87,7 +86,7 @@ impl PushModel {
         self
     }
 
-    /// Reads and parses a model file.
+    /// Reads and parses the model file of a pushed object.
     ///
     /// # Errors
     /// [`ModelError`], with file, line and remedy.
@@ -95,7 +94,7 @@ impl PushModel {
         read(path, Self::parse)
     }
 
-    /// Parses the text of a model file; `file` is used in messages.
+    /// Parses the text of a pushed object's model file; `file` is used in messages.
     ///
     /// # Errors
     /// [`ModelError`], with file, line and remedy.
@@ -161,7 +160,7 @@ impl PushModel {
         })
     }
 
-    /// Builds the world and the nominal parameter vector; random effects are not part of either.
+    /// World (object and effects) and nominal parameter vector of the model, without random effects.
     pub fn world(&self) -> (World, Vec<f64>) {
         let mut world = World::new(self.object.clone());
         let mut values: Vec<f64> = self.parameters.iter().map(|p| p.nominal).collect();
@@ -203,14 +202,15 @@ impl PushModel {
     }
 }
 
-/// Largest coordinate of an outline, m; areas and moments are polynomials of the coordinates and must not
-/// overflow.
+/// Largest accepted coordinate of an outline, m.
+///
+/// Areas and moments are polynomials of the coordinates and must not overflow.
 const MAX_COORDINATE_M: f64 = 1000.0;
 
-/// Vertices of an outline, m.
+/// Vertices of an object's outline, m.
 type Vertices = Vec<[f64; 2]>;
 
-/// Reads the object: a known name, or an outline with an optional name.
+/// Reads the object of a model file: a known name, or an outline with an optional name.
 fn object(reader: &Reader<'_>, root: &DeTable<'_>) -> Result<(Object, Option<Vertices>), ModelError> {
     let name = root.get("object");
     let Some(outline) = root.get("polygon_m") else {
@@ -235,7 +235,7 @@ fn object(reader: &Reader<'_>, root: &DeTable<'_>) -> Result<(Object, Option<Ver
     Ok((object, Some(vertices)))
 }
 
-/// Reads the vertices of an outline.
+/// Reads the vertices of an object's outline.
 fn polygon(reader: &Reader<'_>, value: &Value<'_>) -> Result<Vertices, ModelError> {
     let expected = "a list of vertices [[x, y], …] in metres";
     let list = value.get_ref().as_array().ok_or_else(|| reader.wrong("polygon_m", value, expected))?;

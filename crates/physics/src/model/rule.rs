@@ -12,9 +12,9 @@ pub enum Place {
     Table(&'static str),
     /// Table of the parameter with this name.
     Parameter(String),
-    /// An `[[effect]]` block whose kind is unknown.
+    /// Block `[[effect]]` with an unknown kind.
     Effect,
-    /// An `[[effect]]` block of this kind.
+    /// Block `[[effect]]` of this kind.
     EffectOfKind(&'static str),
 }
 

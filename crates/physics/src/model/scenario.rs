@@ -14,7 +14,7 @@ pub enum ModelFile {
 }
 
 impl ModelFile {
-    /// Reads and parses a model file.
+    /// Reads and parses a model file of either scenario.
     ///
     /// # Errors
     /// [`ModelError`], with file, line and remedy.
@@ -22,7 +22,7 @@ impl ModelFile {
         read(path, Self::parse)
     }
 
-    /// Parses the text of a model file; `file` is used in messages.
+    /// Parses the text of a model file of either scenario; `file` is used in messages.
     ///
     /// # Errors
     /// [`ModelError`], with file, line and remedy.

@@ -1,4 +1,4 @@
-//! Where within a step a function of the states first falls through zero.
+//! Finds where within a step an event function first falls through zero.
 
 /// Number of equidistant points of a step at which the sign of an event function is checked.
 const LOOKS: usize = 8;

@@ -6,7 +6,7 @@ use crate::Scalar;
 /// A Runge-Kutta step with the stages that its dense output needs. Its buffers are reused.
 #[derive(Clone, Debug)]
 pub(super) struct Step<S> {
-    /// Number of states.
+    /// Number of states of the system.
     n: usize,
     /// Time at which the step begins, s.
     pub time: S,

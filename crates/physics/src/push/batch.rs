@@ -5,7 +5,7 @@ use super::path::Path;
 use super::planar::Pose;
 use rayon::prelude::*;
 
-/// Simulates `pushes` on all threads of the current pool, with the sample times `times(index)`.
+/// Simulates `pushes` on all threads; push `index` is sampled at `times(index)`.
 ///
 /// The result is that of [`simulate`] for each push, in order, for any number of threads.
 ///

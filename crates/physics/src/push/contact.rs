@@ -49,7 +49,7 @@ impl Mode {
 /// Position, normal and rod velocity of a contact, in any frame that the three vectors share.
 #[derive(Clone, Copy, Debug)]
 pub struct Touch<S> {
-    /// Contact point seen from the origin of the body, m.
+    /// Contact point relative to the origin of the body, m.
     pub point: Vector<S>,
     /// Unit normal of the contact, into the object.
     pub normal: Vector<S>,
@@ -97,7 +97,7 @@ impl<S: Scalar> ContactFriction<S> {
         self.at_rest * if factor.value() > 0.05 { factor } else { S::constant(0.05) }
     }
 
-    /// Converts the friction law to another scalar.
+    /// Converts the numbers of the friction law to another scalar with `f`.
     pub(super) fn map<T: Scalar>(&self, f: impl Fn(S) -> T + Copy) -> ContactFriction<T> {
         ContactFriction { at_rest: f(self.at_rest), rise_s_per_m: self.rise_s_per_m.map(f) }
     }
@@ -106,7 +106,7 @@ impl<S: Scalar> ContactFriction<S> {
 /// Response of the object to the rod: mode, twist, force and slip.
 #[derive(Clone, Copy, Debug)]
 pub struct Response<S> {
-    /// Mode of the contact.
+    /// Mode of the contact: free, sticking, sliding or separating.
     pub mode: Mode,
     /// Velocity and angular velocity of the object.
     pub twist: Twist<S>,
@@ -117,7 +117,7 @@ pub struct Response<S> {
 }
 
 impl<S: Scalar> Response<S> {
-    /// A response in which the rod applies no force.
+    /// Response of an object on which the rod exerts no force.
     pub(super) fn without_force(mode: Mode, twist: Twist<S>) -> Self {
         Self { mode, twist, force: [S::zero(); 2], slip: S::zero() }
     }
@@ -128,7 +128,7 @@ pub(super) fn slide_mode(sign: f64) -> Mode {
     if sign > 0.0 { Mode::Left } else { Mode::Right }
 }
 
-/// Unit force on the edge of the friction cone, on the side given by `sign`.
+/// Unit force on the edge of the friction cone at the side that `sign` selects (along or against `t`).
 pub(super) fn cone_edge<S: Scalar>(normal: Vector<S>, friction: S, sign: f64) -> Vector<S> {
     let k = S::constant(1.0) / (friction * friction + 1.0).sqrt();
     scale(add(normal, scale(rot90(normal), friction * sign)), k)

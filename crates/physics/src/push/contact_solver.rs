@@ -98,7 +98,7 @@ fn stick_root(support: &Support<'_, f64>, touch: &Touch<f64>, v: Vector<f64>, st
     StickSolution { rotation: x, residual_derivative, force_derivative }
 }
 
-/// One edge of the friction cone, whose angle may depend on the slip velocity.
+/// One edge of the friction cone; its angle may depend on the slip velocity.
 #[derive(Clone, Copy)]
 struct Cone<S> {
     normal: Vector<S>,

@@ -27,10 +27,10 @@ const MAX_INITIAL_OVERLAP_M: f64 = 1e-3;
 /// Speed, m/s, below which an object with inertia is at rest if the rod does not move.
 const REST_SPEED_M_S: f64 = 1e-6;
 
-/// Error of a push that cannot be simulated.
+/// Reason why a push cannot be simulated.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum PushError {
-    /// The rod starts inside the object.
+    /// The rod overlaps the object at the start of the push.
     #[error(
         "the rod starts {depth_mm:.2} mm inside {object} (rod centre at ({x_m:.5}, {y_m:.5}) m, object at ({object_x_m:.5}, \
          {object_y_m:.5}) m, {angle_rad:.4} rad); check the outline, rod_radius_m, the coordinate frames of rod and object, and \
@@ -49,10 +49,10 @@ pub enum PushError {
         object_x_m: f64,
         /// Position of the object along y, m.
         object_y_m: f64,
-        /// Angle of the object, rad.
+        /// Angle of the object at the start, rad.
         angle_rad: f64,
     },
-    /// The simulated pose is not finite.
+    /// The simulation diverged: the pose is not finite.
     #[error(
         "the simulation of {object} diverged (non-finite pose) at t = {time_s} s; check the model's parameters"
     )]
@@ -76,14 +76,15 @@ pub struct Steps {
 }
 
 impl Default for Steps {
-    /// Sub-steps of 0.5 mm, which agree with those of 0.1 mm within 1 µm over a push of 15 cm; 1 ms with
-    /// inertia.
+    /// Sub-steps of 0.5 mm, or of 1 ms with inertia.
+    ///
+    /// They agree with sub-steps of 0.1 mm within 1 µm over a push of 15 cm.
     fn default() -> Self {
         Self { travel_m: 5e-4, duration_s: f64::INFINITY, inertial_s: 1e-3 }
     }
 }
 
-/// One push to simulate.
+/// Inputs of the simulation of one push: object, parameters, start pose and path of the rod.
 #[derive(Debug)]
 pub struct Push<'a, S, P> {
     /// The object and the effects that act on it.
@@ -103,9 +104,9 @@ pub struct Push<'a, S, P> {
 /// Result of simulating a push; its buffers can be reused for many pushes.
 #[derive(Clone, Debug, Default)]
 pub struct Run<S> {
-    /// Pose as the sensor reports it at each requested time; the first is the start.
+    /// Pose of the object, as the sensor reports it, at each requested time; the first is the start.
     pub poses: Vec<Pose<S>>,
-    /// Contact, twist and force at each requested time; with a delayed sensor, at the time it reports.
+    /// Contact, twist and force at each requested time less the delay of the pose sensor.
     pub instants: Vec<Instant<S>>,
     /// Number of integration sub-steps that were made.
     pub steps: usize,
@@ -123,7 +124,7 @@ pub fn simulate<S: Scalar, P: Path<S>>(
     simulate_push(push, times, run, false)
 }
 
-/// [`simulate`] for a push that is already in progress at the first requested time.
+/// Simulates a push as by [`simulate`] that is already in progress at the first requested time.
 ///
 /// An object with inertia that the rod touches begins with the twist of quasi-static motion instead of at
 /// rest. An initial overlap, such as a disturbance or a delayed sensor causes, is resolved by moving the
@@ -144,7 +145,7 @@ pub fn simulate_in_progress<S: Scalar, P: Path<S>>(
 /// It is several times the noise of a pose.
 const MAX_GAP_UNDER_WAY_M: f64 = 1e-3;
 
-/// [`simulate`], or [`simulate_in_progress`] if `is_mid_motion` is true.
+/// Simulates a push by [`simulate`], or by [`simulate_in_progress`] if `is_mid_motion` is true.
 pub(super) fn simulate_push<S: Scalar, P: Path<S>>(
     push: &Push<'_, S, P>,
     times: &[f64],
@@ -237,7 +238,7 @@ pub struct StepResult<S> {
 }
 
 impl<'a, S: Scalar> Stepper<'a, S> {
-    /// An integrator of `world` with these parameter values.
+    /// An integrator of the object and effects of `world` with these parameter values.
     pub fn new(world: &'a World, parameters: &[S], steps: Steps) -> Self {
         Self::with_field(world, parameters, steps, None)
     }
@@ -251,7 +252,7 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         Self { scene: Scene::new(world, parameters, field), steps, steps_taken: 0 }
     }
 
-    /// Moves the object from one sample to the next.
+    /// Moves the object over the time between two samples of the rod.
     ///
     /// The rod moves from `from` to `to` (reported positions, m) in a straight line in `duration`, s. The
     /// object starts at `pose`; `twist` is used with inertia only. An initial overlap, such as noise causes,
@@ -283,13 +284,13 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         self.scene.instant_at(pose, self.scene.true_rod(rod), self.scene.true_velocity(velocity), false, None)
     }
 
-    /// The pose that the sensor reports for a true pose.
+    /// Pose that the sensor reports if the object has the pose `pose`.
     pub(super) fn reported_pose(&self, pose: &Pose<S>) -> Pose<S> {
         let Some((offset, turn)) = self.scene.setting.pose_offset else { return *pose };
         Pose { position: pose.to_world(offset), angle: pose.angle + turn }
     }
 
-    /// The true pose for which the sensor reports `pose`.
+    /// True pose of the object if the sensor reports `pose`.
     pub(super) fn true_pose(&self, pose: &Pose<S>) -> Pose<S> {
         let Some((offset, turn)) = self.scene.setting.pose_offset else { return *pose };
         let angle = pose.angle - turn;
@@ -314,7 +315,7 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         })
     }
 
-    /// Number of sub-steps from `from` to `to`, s; 0 if nothing moves.
+    /// Number of sub-steps from time `from` to time `to`, s; 0 if nothing moves.
     pub(super) fn substep_count<M: Motion<S>>(&self, piece: &M, from: f64, to: f64) -> usize {
         let position = |t: f64| piece.position(S::constant(t)).map(S::value);
         let travel = norm(sub(position(to), position(from)));
@@ -328,7 +329,7 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         (count - 1e-9).ceil().max(1.0) as usize
     }
 
-    /// Moves the object along one piece of the path, from time `from` to `to`, s.
+    /// Moves the object along one piece of the rod's path, from time `from` to time `to`, s.
     fn advance<M: Motion<S>>(&mut self, piece: &M, from: f64, to: f64, state: &mut State<S>) {
         let count = self.substep_count(piece, from, to);
         let has_inertia = self.scene.has_inertia();
@@ -346,7 +347,7 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         }
     }
 
-    /// Position of the rod, deflected if it is compliant, m.
+    /// True position of the rod, m, with its deflection if it is compliant.
     ///
     /// The deflection follows from the contact force at the undeflected position.
     fn deflected_rod<M: Motion<S>>(
@@ -471,7 +472,7 @@ impl<'a, S: Scalar> Stepper<'a, S> {
         Substep { start, duration: h, start_pose: pose, end_pose, start_twist: k1, end_twist: k4 }
     }
 
-    /// The pose moved along the contact normal to remove an overlap and, if `pressing`, also a small gap.
+    /// Pose moved along the contact normal to remove an overlap and, if `pressing`, a gap below 1e-5 m.
     fn with_gap_closed(&self, pose: Pose<S>, rod: Vector<S>, pressing: bool) -> Pose<S> {
         let (gap, outward) = self.scene.gap(&pose, rod);
         if gap.value() >= 0.0 && !(pressing && gap.value() < 1e-5) {

@@ -17,10 +17,10 @@ pub(super) const MAX_TOUCHING_GAP_M: f64 = 1e-7;
 /// Number of fixed-point iterations for the contact force that shifts the centre of pressure.
 const PRESSURE_ITERATIONS: usize = 3;
 
-/// State of a push at one instant, in the world frame unless stated otherwise.
+/// State of a push at one instant: contact, twist, force and gap, in the world frame if not said.
 #[derive(Clone, Copy, Debug)]
 pub struct Instant<S> {
-    /// Mode of the contact.
+    /// Mode of the contact: free, sticking, sliding or separating.
     pub mode: Mode,
     /// Velocity and angular velocity of the object.
     pub twist: Twist<S>,
@@ -32,7 +32,7 @@ pub struct Instant<S> {
     pub outward: Vector<S>,
     /// Gap between rod and object, m; negative where they overlap.
     pub gap: S,
-    /// Velocity of the rod relative to the object along the tangent, m/s; see [`Response::slip`].
+    /// Velocity of the rod relative to the object along the contact tangent, m/s.
     pub slip: S,
 }
 
@@ -63,7 +63,9 @@ struct Geometry<S> {
 }
 
 impl<'a, S: Scalar> Scene<'a, S> {
-    /// Fills the parameters into the world's effects; a friction map selects the sum over patches.
+    /// Fills the parameters into the effects of `world`.
+    ///
+    /// With a friction map the limit surface is the sum over patches.
     pub fn new(world: &'a World, parameters: &[S], field: Option<&'a Field>) -> Self {
         let mut setting = world.setting(parameters);
         if field.is_some() {
@@ -77,7 +79,7 @@ impl<'a, S: Scalar> Scene<'a, S> {
         self.setting.inertia.is_some()
     }
 
-    /// Evaluates the friction map at the patches of the object at `pose`.
+    /// Evaluates the friction map at the patches of the object at `pose`, for the following calls.
     ///
     /// Within a sub-step the values are kept, as if the map moved with the object.
     pub fn read_friction_map(&mut self, pose: &Pose<S>) {
@@ -155,7 +157,7 @@ impl<'a, S: Scalar> Scene<'a, S> {
         }
     }
 
-    /// Limit surface, loads and inertia that act on the object, in the body frame.
+    /// Limit surface, loads and inertia of the object at one instant, in the body frame.
     ///
     /// `rod_force` is an estimate of the force of the rod in the body frame, in units of the sliding force;
     /// `inertia` is the length of the step and the twist before it.
@@ -193,7 +195,7 @@ impl<'a, S: Scalar> Scene<'a, S> {
         support
     }
 
-    /// Response of an object that the rod touches.
+    /// Response of an object that the rod touches: mode, twist, force and slip.
     ///
     /// If the contact force shifts the centre of pressure, force and response are found by fixed-point
     /// iteration, which converges fast because the shift is small.
@@ -285,7 +287,7 @@ impl<'a, S: Scalar> Scene<'a, S> {
     }
 }
 
-/// The map `H = A^½ = R diag(√ratio, 1/√ratio) Rᵀ` of anisotropic friction.
+/// Map `H = A^½ = R diag(√ratio, 1/√ratio) Rᵀ` of velocities, R the rotation by the angle of anisotropy.
 fn anisotropy_map<S: Scalar>(a: &Anisotropy<S>) -> Matrix<S> {
     let along = a.ratio.sqrt();
     let across = S::constant(1.0) / along;

@@ -15,9 +15,9 @@ use super::planar::{Vector, cross, norm, sub};
 /// Area, centroid and second moments of a uniform footprint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moments {
-    /// Area, m².
+    /// Area of the footprint, m².
     pub area_m2: f64,
-    /// Centroid, m.
+    /// Centroid of the footprint, m.
     pub centroid_m: Vector<f64>,
     /// Second moments xx, xy and yy about the origin: mean of `ρρᵀ` over the area, m².
     pub second_m2: [f64; 3],

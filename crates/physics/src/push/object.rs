@@ -18,7 +18,7 @@ pub struct Object {
     pub outline: Outline,
     /// Mass of the object, kg; `None` if unknown.
     pub mass_kg: Option<f64>,
-    /// Origin of the frame tracked in the recordings, seen from the centroid, m.
+    /// Origin of the frame that the recordings track, relative to the area centroid, m.
     pub tracked_origin_m: Vector<f64>,
 }
 
@@ -27,7 +27,7 @@ pub const OBJECTS: [&str; 10] =
     ["rect1", "rect2", "rect3", "tri1", "tri2", "tri3", "ellip1", "ellip2", "ellip3", "hex"];
 
 impl Object {
-    /// The built-in object of this name, or `None`.
+    /// The built-in object of this name; `None` if there is none.
     ///
     /// The eleventh object of the MIT set, `butter`, is not built in because its outline has 636 points; pass
     /// it to [`Object::polygon`].
@@ -110,7 +110,7 @@ impl Object {
         }
     }
 
-    /// The point at `fraction` of `side`, and the outward unit normal there, in the body frame.
+    /// Point at `fraction` of the outline's side `side`, and the outward unit normal there, body frame.
     ///
     /// Side `i` of a polygon runs from vertex `i` to the next, counter-clockwise. An ellipse has one side,
     /// its perimeter, on which `fraction` counts the angle parameter. Fractions outside 0 to 1 are on the

@@ -30,7 +30,7 @@ enum Reason {
     TooShort,
 }
 
-/// The error for a push with too few samples.
+/// Error for a push with too few samples.
 pub(super) fn too_short() -> Objection {
     Objection::new(Reason::TooShort)
 }

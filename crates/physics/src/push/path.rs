@@ -76,7 +76,7 @@ impl<'a> Recorded<'a> {
         (ordered && finite && lengths).then_some(Self { times, x, y })
     }
 
-    /// Index of the first recorded time after `time`.
+    /// Index of the first recorded time later than `time`.
     fn index_after(&self, time: f64) -> usize {
         self.times.partition_point(|&t| t <= time)
     }
@@ -139,7 +139,7 @@ impl<S: Scalar> Path<S> for Recorded<'_> {
     }
 }
 
-/// A straight push of given travel, at constant speed or accelerated from rest to that speed; then at rest.
+/// A straight push of given travel at constant speed, or accelerated from rest to that speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StraightPush {
     /// Position of the rod's centre at time 0, m.
@@ -150,7 +150,7 @@ pub struct StraightPush {
     pub speed_m_s: f64,
     /// Acceleration of the rod, m/s²; 0 for full speed from the start.
     pub acceleration_m_s2: f64,
-    /// Distance that the rod travels, m.
+    /// Distance that the rod travels, m; it then rests.
     pub travel_m: f64,
 }
 

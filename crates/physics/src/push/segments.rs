@@ -46,7 +46,7 @@ pub(super) fn split(record: &mut Record, position_sd_m: f64) -> bool {
     !record.windows.is_empty()
 }
 
-/// First finite value of each channel from sample `first` on; 0 if there is none.
+/// First finite value of each channel from sample `first` on; 0 for a channel without one.
 fn first_pose(record: &Record, first: usize) -> Vec<f64> {
     let measured = |values: &Vec<f64>| values[first..].iter().copied().find(|v| v.is_finite()).unwrap_or(0.0);
     record.values.iter().map(measured).collect()

@@ -1,4 +1,4 @@
-//! Everything that determines the mechanics of one push, with parameter values filled in.
+//! Quantities that determine the mechanics of one push, with parameter values filled in.
 
 use super::planar::{Rotation, Vector, add, scale};
 use super::surface::patches::SpeedLaw;
@@ -7,7 +7,7 @@ use crate::Scalar;
 /// Gravitational acceleration, m/s².
 pub const GRAVITY_M_S2: f64 = 9.81;
 
-/// Form of the limit surface of the support.
+/// Form of the limit surface, that is, of the friction between object and support.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Friction<S> {
     /// Ellipsoidal limit surface `|f|² + (m/c)² = 1` for force f and moment m.
@@ -40,7 +40,9 @@ pub struct Registration<S> {
 }
 
 impl<S: Scalar> Registration<S> {
-    /// The transform that scales by `1 + scale`, rotates by `angle_rad` about the origin and adds `offset_m`.
+    /// The transform that scales by `1 + scale`, rotates by `angle_rad` and adds `offset_m`.
+    ///
+    /// The rotation is about the origin.
     pub fn new(scale: S, angle_rad: S, offset_m: Vector<S>) -> Self {
         Self { rotation: Rotation::new(angle_rad), factor: scale + 1.0, offset_m }
     }
@@ -56,7 +58,7 @@ impl<S: Scalar> Registration<S> {
     }
 }
 
-/// Mechanics of one push: base parameters, and one field for each thing that an effect can change.
+/// Mechanics of one push: base parameters, and one field for each quantity that an effect changes.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting<S> {
     /// Ratio `c` of largest moment to largest force of the limit surface, m; scales integrated surfaces.
@@ -85,7 +87,7 @@ pub struct Setting<S> {
     pub speed: Option<SpeedLaw<S>>,
     /// Rise `k` of the contact friction with the slip speed, s/m, in `mu (1 + k |slip|)`; `None` for 0.
     pub slip_rise_s_per_m: Option<S>,
-    /// Offset of the true rod position from the reported one, world frame, m.
+    /// Offset of the true rod position from the reported one, world frame, m; `None` if there is none.
     pub tip_offset_m: Option<Vector<S>>,
     /// Transform from the frame in which the rod is reported to that of the object; `None` if equal.
     pub registration: Option<Registration<S>>,
@@ -128,7 +130,7 @@ impl<S: Scalar> Setting<S> {
         }
     }
 
-    /// Friction force of the sliding object, N.
+    /// Friction force of the sliding object `mu_s m g`, N.
     pub fn sliding_force_n(&self) -> S {
         self.support_friction * self.mass_kg * GRAVITY_M_S2
     }

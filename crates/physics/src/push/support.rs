@@ -19,7 +19,7 @@ pub struct Inertia<S> {
     pub previous: Twist<S>,
 }
 
-/// Dissipation per sliding force, m/s, below which friction is smoothed if inertia acts.
+/// Dissipation per sliding force, m/s, below which friction is smoothed for objects with inertia.
 ///
 /// An object that should be at rest creeps at a fraction of this speed.
 const FRICTION_SMOOTHING_M_S: f64 = 2e-5;
@@ -37,7 +37,7 @@ pub struct Support<'a, S> {
     pub metric: Option<Matrix<S>>,
     /// Load on the object other than friction and rod force, in units of the sliding force.
     pub load: Wrench<S>,
-    /// Whether [`load`](Self::load) is not zero.
+    /// Whether the load [`load`](Self::load) is not zero.
     pub loaded: bool,
     /// Inertia of the object; `None` for quasi-static motion.
     pub inertia: Option<Inertia<S>>,
@@ -56,8 +56,9 @@ impl<'a, S: Scalar> Support<'a, S> {
         }
     }
 
-    /// Wrench that overcomes friction at `twist`, about the origin of the body, in units of the sliding
-    /// force.
+    /// Wrench that overcomes friction at `twist`, in units of the sliding force.
+    ///
+    /// The moment is about the origin of the body.
     #[inline]
     pub fn friction(&self, twist: &Twist<S>) -> Wrench<S> {
         let v = twist.at(self.centre);
@@ -71,7 +72,9 @@ impl<'a, S: Scalar> Support<'a, S> {
         Wrench { force: w.force, moment: w.moment + cross(self.centre, w.force) }
     }
 
-    /// Wrench that must be applied for the object to move with `twist`, in units of the sliding force.
+    /// Wrench that must be applied for the object to move with `twist`, against friction, load and inertia.
+    ///
+    /// It is in units of the sliding force.
     #[inline]
     pub fn demand(&self, twist: &Twist<S>) -> Wrench<S> {
         let mut w = self.friction(twist);
@@ -207,7 +210,7 @@ fn inverse3(m: [[f64; 3]; 3]) -> Option<[[f64; 3]; 3]> {
     Some([0, 1, 2].map(|i| [0, 1, 2].map(|j| minor(j, i) / determinant)))
 }
 
-/// Solution of a 3 x 3 system; `None` if the matrix is singular.
+/// Solution x of the 3 x 3 system `m x = b`; `None` if the matrix is singular.
 fn solve3(m: [[f64; 3]; 3], b: [f64; 3]) -> Option<[f64; 3]> {
     let inverse = inverse3(m)?;
     Some([0, 1, 2].map(|i| (0..3).map(|j| inverse[i][j] * b[j]).sum()))

@@ -49,13 +49,13 @@ pub struct Pushing {
 pub struct PushDeclaration {
     /// Kinds of the model's effects, including the scatter of friction.
     pub effect_kinds: Vec<String>,
-    /// Standard deviation of the position sensor, m.
+    /// Declared standard deviation of the position sensor, m; `None` if not declared.
     pub position_sd_m: Option<f64>,
-    /// Standard deviation of the angle sensor, rad.
+    /// Declared standard deviation of the angle sensor, rad; `None` if not declared.
     pub angle_sd_rad: Option<f64>,
     /// Standard deviation of the centre of pressure between pushes, m; `None` if not declared.
     pub scatter_sd_m: Option<f64>,
-    /// 95 % confidence interval of `scatter_sd_m`, m, if the file has one.
+    /// 95 % confidence interval of `scatter_sd_m`, m; `None` if the file has none.
     pub scatter_ci95_m: Option<[f64; 2]>,
 }
 
@@ -180,7 +180,7 @@ impl Augment for Pushing {
         can_search_effect(effect, &self.parameters, &self.declares, records)
     }
 
-    /// False: model files of pushing give an effect one value for all groups.
+    /// Returns false: model files of pushing give an effect one value for all groups.
     fn can_vary_by_group(&self, _effect: usize) -> bool {
         false
     }
@@ -288,5 +288,5 @@ fn schema(world: &World, declares: &PushDeclaration) -> Schema {
     }
 }
 
-/// Kind of the effect whose parameters, a centre of pressure, may be a random effect per push.
+/// Kind of the effect whose parameters, a centre of pressure, may scatter randomly between pushes.
 const SCATTERED_EFFECT: &str = "pressure-offset";

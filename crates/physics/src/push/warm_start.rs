@@ -11,7 +11,7 @@ use super::planar::{Vector, norm};
 pub(super) struct WarmStart {
     /// Mode of the contact at the previous evaluation.
     pub mode: Mode,
-    /// Slip velocity, see [`Response::slip`](super::contact::Response::slip), m/s.
+    /// Slip velocity of the rod at the previous evaluation, m/s.
     pub slip: f64,
     /// Angular velocity of the object at the previous evaluation, rad/s.
     pub rotation: f64,
@@ -20,7 +20,7 @@ pub(super) struct WarmStart {
 }
 
 impl WarmStart {
-    /// Slip, m/s, and angular velocity, rad/s, scaled to a rod speed of `speed`, m/s.
+    /// Slip, m/s, and angular velocity, rad/s, of the previous evaluation, scaled to the rod speed `speed`.
     ///
     /// `None` if the contact was in another mode than `mode` or the rod was at rest.
     pub fn scaled_motion(&self, mode: Mode, speed: f64) -> Option<[f64; 2]> {

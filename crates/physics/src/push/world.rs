@@ -9,7 +9,7 @@ use super::surface::patches::{Patch, cut};
 use super::surface::uniform::UniformPolygon;
 use crate::Scalar;
 
-/// Names of the parameters that every pushing world has, in the order of the parameter vector.
+/// Names of the base parameters of every pushed object, in the order of the parameter vector.
 ///
 /// Those of the effects follow.
 pub const BASE_PARAMETERS: [&str; 5] =
@@ -25,9 +25,9 @@ pub const SUPPORT_FRICTION_INDEX: usize = 3;
 /// Index of the object's mass, kg, in the parameter vector.
 pub const MASS_INDEX: usize = 4;
 
-/// Number of sides of the polygon that approximates an ellipse in the uniform surface.
+/// Number of sides of the polygon that replaces an ellipse in the surface of uniform pressure.
 const ELLIPSE_SIDES: usize = 48;
-/// Number of patches across the object in the sum over patches.
+/// Number of patches across the object for the friction that is summed over patches.
 const PATCHES_ACROSS: usize = 10;
 
 /// An active effect and the place of its parameters in the parameter vector.
@@ -84,7 +84,7 @@ impl World {
         self
     }
 
-    /// The pushed object.
+    /// The object that the rod pushes.
     pub fn object(&self) -> &Object {
         &self.object
     }
@@ -127,7 +127,7 @@ impl World {
         self.add(effects::index_of(kind)?)
     }
 
-    /// The effects, in the order of the parameter vector.
+    /// Active effects, in the order of their parameters in the parameter vector.
     pub fn terms(&self) -> &[Term] {
         &self.terms
     }

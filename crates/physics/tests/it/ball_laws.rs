@@ -7,7 +7,7 @@ use augsim_physics::ball::{Axes, Covariates, Offsets, Run, State, Throw, World, 
 use proptest::prelude::*;
 
 const G: f64 = 9.81;
-/// Tolerance for closed forms: a few thousand rounding errors.
+/// Tolerance for closed forms, m or s: a few thousand rounding errors.
 const EXACT: f64 = 1e-11;
 
 fn run(world: &World, extra: &[f64], e: f64, start: State<f64>, times: &[f64]) -> Run<f64> {

@@ -54,7 +54,7 @@ fn largest_difference(a: &Dataset, b: &Dataset) -> [f64; 2] {
 /// negligible.
 const ROUNDING_TOLERANCE: f64 = 0.51e-5;
 
-/// Compares simulated drops and engine predictions with the published ones.
+/// Asserts that simulated drops and engine predictions are the published ones.
 fn check_reproduced(truth: &Dataset, engine: Option<&Dataset>, law: DropDistribution, drops: &[Drop]) {
     let simulated = law.simulate(drops).expect("finite drops");
     let [height, velocity] = largest_difference(truth, &simulated);

@@ -1,6 +1,6 @@
 //! Integration tests of this crate, in one binary, so that the crate is linked only once.
 
-/// Paths of measured and reference data.
+/// Paths of the measured and the reference data of the tests.
 #[path = "../../../../tests/support/shared_data.rs"]
 mod shared_data;
 

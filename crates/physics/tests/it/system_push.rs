@@ -12,7 +12,7 @@ use augsim_system::{Augment, ModelTerm, Offsets, Record, Seed, Simulate, Simulat
 
 const TEXT: &str = "scenario = \"push\"\nobject = \"rect1\"\n[[effect]]\nkind = \"frame-registration\"\nscale = 0.004\nangle_rad = 0.01\ndx_m = 1e-4\ndy_m = -2e-4\n";
 
-/// Sub-steps of fits, as in `push/system.rs`.
+/// Bounds on the sub-steps in fits, as in `push/system.rs`.
 const STEPS: Steps = Steps { travel_m: 2e-3, duration_s: f64::INFINITY, inertial_s: 2e-3 };
 
 fn system() -> (Pushing, PushModel) {

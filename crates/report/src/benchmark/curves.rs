@@ -7,7 +7,7 @@ use crate::page::{Block, Cell, Column, Columns, FigureBlock, Grid, Row, Table};
 use crate::plot::scale::{drawable, extent};
 use crate::plot::text::capitalised;
 
-/// Number of bins that summarise a long learning curve.
+/// Number of bins that summarise a long learning curve in a figure.
 ///
 /// Curves up to twice this length are drawn point by point.
 const CURVE_BINS: usize = 160;

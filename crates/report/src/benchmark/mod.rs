@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::page::{Column, KeyFigure, Method, Provenance};
 
-/// Content of the report of a benchmark.
+/// Content of the report of a benchmark: scores of models, figures, methods and provenance.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BenchmarkReport {
     /// Kind of the report, e.g. `training report · ball`.
@@ -30,10 +30,10 @@ pub struct BenchmarkReport {
     pub key_figures: Vec<KeyFigure>,
     /// Scores of the models: one table for each test set.
     pub results: Vec<Results>,
-    /// Error over the size of the training set: one entry per model and measure.
+    /// Errors over the size of the training set: one curve per model and measure.
     #[serde(default)]
     pub sizes: Vec<Curve>,
-    /// Displacements in a repeated experiment, one cloud each for the truth (first) and the models.
+    /// Displacements in a repeated push, one cloud for the truth (first) and one for each model.
     #[serde(default)]
     pub clouds: Vec<Cloud>,
     /// Caption of the figure with the clouds of displacements.
@@ -45,7 +45,7 @@ pub struct BenchmarkReport {
     /// Error over time: one entry per model, protocol and channel.
     #[serde(default)]
     pub errors: Vec<ErrorCurve>,
-    /// Error of a measure over equal parts of the duration: one entry per model.
+    /// Errors over equal parts of the duration: one curve per model.
     #[serde(default)]
     pub parts: Vec<Curve>,
     /// Caption of the figure with the errors over parts of the duration.
@@ -63,7 +63,7 @@ pub struct BenchmarkReport {
     /// Remarks of the report, one paragraph each.
     #[serde(default)]
     pub notes: Vec<String>,
-    /// Commands that reproduce the results.
+    /// Commands that reproduce the results of the benchmark.
     pub reproduce: Vec<String>,
     /// Methods that were used, with references.
     #[serde(default)]
@@ -111,14 +111,14 @@ pub struct Results {
     pub footnotes: Vec<String>,
 }
 
-/// Results of a model under a protocol; absent values are shown as "–".
+/// Scores of a model under a protocol (way to predict); absent values are shown as "–".
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ResultRow {
     /// Name of the model, e.g. `Hybrid`.
     pub model: String,
     /// How the model's predictions were made.
     pub protocol: Protocol,
-    /// How samples were combined into one prediction, e.g. `mean of 10`.
+    /// How forecast samples were combined into one prediction, e.g. `mean of 10`.
     ///
     /// The columns for protocol and prediction are shown if any row has this.
     #[serde(default)]
@@ -149,7 +149,7 @@ pub struct Curve {
 pub struct LearningCurve {
     /// Name of the model.
     pub model: String,
-    /// Iteration numbers, ascending.
+    /// Iteration numbers of the training, ascending.
     #[serde(with = "crate::nullable")]
     pub iteration: Vec<f64>,
     /// Parts of the loss, e.g. KL and reconstruction, each with one value per iteration.
@@ -168,7 +168,7 @@ pub struct LossPart {
     pub values: Vec<f64>,
 }
 
-/// A forecast of one channel of one trajectory. All vectors have one value per time.
+/// A forecast of one channel of one trajectory. All vectors have one value per sample time.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Forecast {
     /// Name of the model.
@@ -185,7 +185,7 @@ pub struct Forecast {
     /// Measured values of the channel.
     #[serde(with = "crate::nullable")]
     pub truth: Vec<f64>,
-    /// Median of the samples, or the only prediction of a deterministic model.
+    /// Median of the forecast samples, or the only prediction of a deterministic model.
     #[serde(with = "crate::nullable")]
     pub median: Vec<f64>,
     /// 25 % quantile of the forecast samples; empty for a deterministic model.
@@ -221,7 +221,7 @@ pub struct ErrorCurve {
     pub error: Vec<f64>,
 }
 
-/// How a model was trained.
+/// How a model was trained: recipe, number of parameters and iterations.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TrainingRun {
     /// Name of the model.
@@ -239,7 +239,7 @@ pub struct TrainingRun {
 pub struct Cloud {
     /// Name of the cloud, e.g. of the model.
     pub name: String,
-    /// Displacement along the first axis of the first pose, mm.
+    /// Displacement of the object along the first axis of its first pose, mm.
     #[serde(with = "crate::nullable")]
     pub x_mm: Vec<f64>,
     /// Displacement along the second axis of the first pose, mm.

@@ -16,7 +16,7 @@ pub struct Correlogram {
     pub name: String,
     /// Colour and marker shape of the residual.
     pub tone: Tone,
-    /// Lags, in the figure's lag unit, without lag 0.
+    /// Lags of the autocorrelation, in the figure's lag unit, without lag 0.
     #[serde(with = "crate::nullable")]
     pub lag: Vec<f64>,
     /// Autocorrelation of the residual at each lag.

@@ -67,7 +67,7 @@ impl Axis {
         Self { domain: Some([low, high]), ..self }
     }
 
-    /// Label with unit, e.g. "height (m)".
+    /// Label of the axis with its unit, e.g. "height (m)".
     ///
     /// If the tick labels are scaled by a power of ten, it is part of the unit: "height (10⁻³ m)".
     pub(crate) fn text(&self, power: i32) -> String {

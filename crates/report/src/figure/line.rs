@@ -87,16 +87,16 @@ impl Series {
 pub struct Line {
     /// Title of the chart, one or two short lines.
     pub title: String,
-    /// Horizontal axis.
+    /// Horizontal axis of the chart.
     pub x: Axis,
-    /// Vertical axis.
+    /// Vertical axis of the chart.
     pub y: Axis,
     /// Series of the chart, drawn in order.
     pub series: Vec<Series>,
-    /// Horizontal reference lines.
+    /// Horizontal reference lines of the chart.
     #[serde(default)]
     pub references: Vec<Reference>,
-    /// Vertical event markers.
+    /// Vertical event markers of the chart.
     #[serde(default)]
     pub events: Vec<Event>,
     /// Whether the legend is omitted, for figures in a grid with a common legend.
@@ -192,7 +192,7 @@ impl Line {
 
 /// Maximum height of the plot area of a chart with equal scales, px.
 const MAX_HEIGHT: f64 = 360.0;
-/// Width of the figure outside the plot area, px.
+/// Width of the figure on both sides of the plot area, px.
 const MARGIN_WIDTH: f64 = 54.0;
 
 /// Axes of a chart with equal scales: widens the ranges so that both have the same pixels per unit.

@@ -65,7 +65,7 @@ pub(crate) struct Target<'a> {
 }
 
 impl Figure {
-    /// The figure's title.
+    /// Title of the figure.
     #[must_use]
     pub fn title(&self) -> &str {
         match self {
@@ -80,7 +80,7 @@ impl Figure {
         }
     }
 
-    /// The figure as an SVG file of `width` pixels (at least 240), with its own style.
+    /// SVG file of the figure, `width` pixels wide (at least 240), with its own style.
     #[must_use]
     pub fn svg_document(&self, width: f64) -> String {
         self.draw(&Target { width: width.max(240.0), id: "figure", standalone: true }).into_string()

@@ -16,7 +16,7 @@ pub struct QuantileSeries {
     pub name: String,
     /// Colour and marker shape of the sample.
     pub tone: Tone,
-    /// Quantiles of the standard normal distribution.
+    /// Quantiles of the standard normal distribution at the same probabilities as `sample`.
     #[serde(with = "crate::nullable")]
     pub normal: Vec<f64>,
     /// Quantiles of the sample in units of the measurement noise's standard deviation, in the same order.

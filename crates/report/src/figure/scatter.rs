@@ -8,7 +8,7 @@ use crate::plot::frame::{Frame, Key, Spec, Swatch, no_data};
 use crate::plot::marker::marker;
 use crate::plot::scale::{Scale, drawable};
 
-/// A named cloud of points.
+/// A named cloud of points in a scatter plot.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cloud {
     /// Name of the cloud in the legend.
@@ -23,18 +23,18 @@ pub struct Cloud {
     pub y: Vec<f64>,
 }
 
-/// A scatter plot.
+/// A scatter plot of one or several clouds of points.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Scatter {
     /// Title of the plot.
     pub title: String,
-    /// Horizontal axis.
+    /// Horizontal axis of the plot.
     pub x: Axis,
-    /// Vertical axis.
+    /// Vertical axis of the plot.
     pub y: Axis,
     /// Clouds of points, drawn in order.
     pub clouds: Vec<Cloud>,
-    /// Horizontal reference lines.
+    /// Horizontal reference lines of the plot.
     #[serde(default)]
     pub references: Vec<Reference>,
     /// Whether the legend is omitted, for figures in a grid with a common legend.

@@ -38,7 +38,7 @@ pub enum Columns {
 pub struct Grid {
     /// Number of columns on a wide screen.
     pub columns: Columns,
-    /// Common legend of all figures, which then hide theirs; may be empty.
+    /// Common legend of all figures of the grid, which then hide theirs; may be empty.
     #[serde(default)]
     pub legend: Vec<LegendEntry>,
     /// Figures of the grid, row by row.

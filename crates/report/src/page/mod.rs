@@ -43,7 +43,7 @@ pub struct Page {
 /// A key figure: a number in large type with unit and label.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct KeyFigure {
-    /// The number as text.
+    /// The number as formatted text.
     pub value: String,
     /// Unit of the number.
     pub unit: String,
@@ -73,13 +73,13 @@ pub enum Block {
     Heading(String),
     /// A list of terms with their meanings.
     Definitions(Vec<(String, String)>),
-    /// An unordered list.
+    /// An unordered list of texts.
     List(Vec<String>),
     /// A highlighted paragraph, e.g. the next experiment.
     Callout(String),
-    /// A table.
+    /// A table with caption, columns and rows.
     Table(Table),
-    /// A figure over the whole width.
+    /// A figure over the whole width of the page.
     Figure(Box<FigureBlock>),
     /// A grid of small figures.
     Grid(Grid),
@@ -112,7 +112,7 @@ pub struct Method {
     pub reference: String,
 }
 
-/// Origin of a report. The caller passes all of it, so that a report depends on its input alone.
+/// Origin of a report: version, seed, data and machine. The caller passes all of it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
     /// Version of augsim that wrote the report.
@@ -170,7 +170,7 @@ pub(crate) fn rich(text: &str) -> Markup {
 const EXCERPT_SECTIONS: usize = 3;
 
 impl Page {
-    /// A short version of the page: title, outcome and the first non-empty sections.
+    /// Short version of the page: title, outcome and the first non-empty sections.
     #[must_use]
     pub fn excerpt(mut self) -> Self {
         self.sections.retain(|section| !section.blocks.is_empty());
@@ -191,7 +191,7 @@ impl Page {
     }
 }
 
-/// Names of figures, e.g. `error-over-time-2`.
+/// File names for figures, e.g. `error-over-time-2`.
 ///
 /// A name is the title up to a colon or comma, in lower case with hyphens, and a number if several figures
 /// have the same name.

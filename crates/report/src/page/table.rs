@@ -53,13 +53,13 @@ pub struct Column {
 }
 
 impl Column {
-    /// A column of words.
+    /// A column that contains text.
     #[must_use]
     pub fn text(title: &str) -> Self {
         Self { title: title.to_owned(), ..Self::default() }
     }
 
-    /// A column of numbers in `unit`.
+    /// A column that contains numbers in `unit`.
     #[must_use]
     pub fn number(title: &str, unit: &str) -> Self {
         Self { title: title.to_owned(), unit: unit.to_owned(), numeric: true, ..Self::default() }
@@ -160,7 +160,7 @@ impl Cell {
     }
 }
 
-/// An estimate and its interval with the digits of [`estimate_digits`], in the typography of a page.
+/// Estimate and interval as texts with the digits of [`estimate_digits`], in the typography of a page.
 pub fn estimate_text(value: f64, [low, high]: [f64; 2]) -> (String, String) {
     let half = 0.5 * (high - low).abs();
     if !(half > 0.0 && half.is_finite() && value.is_finite()) {

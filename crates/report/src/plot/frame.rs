@@ -35,7 +35,7 @@ pub(crate) enum Swatch {
     Reference,
 }
 
-/// One entry of a legend.
+/// One entry of a legend: name, tone and symbol.
 #[derive(Clone, Debug)]
 pub(crate) struct Key {
     pub(crate) name: String,
@@ -75,7 +75,7 @@ pub(crate) fn svg(target: &Target, height: f64, title: &str, description: &str, 
     }
 }
 
-/// Title and legend at the top of a figure, and their height, px.
+/// Draws title and legend at the top of a figure; returns the drawing and its height, px.
 pub(crate) fn header(width_px: f64, title: &str, keys: &[Key]) -> (Markup, f64) {
     let mut y = 2.0;
     let mut parts = Vec::new();
@@ -91,7 +91,7 @@ pub(crate) fn header(width_px: f64, title: &str, keys: &[Key]) -> (Markup, f64) 
     (html! { @for part in &parts { (part) } }, y)
 }
 
-/// Legend entries in rows of at most `width_px`, and their height, px.
+/// Draws legend entries in rows of at most `width_px`; returns the drawing and its height, px.
 pub(crate) fn legend(keys: &[Key], left: f64, top: f64, width_px: f64) -> (Markup, f64) {
     let (mut x, mut y) = (left, top + 12.0);
     let mut parts = Vec::new();
@@ -111,7 +111,7 @@ pub(crate) fn legend(keys: &[Key], left: f64, top: f64, width_px: f64) -> (Marku
     (html! { @for part in &parts { (part) } }, y - top + 5.0)
 }
 
-/// The symbol of a legend entry, 20 px wide, centred on `y`.
+/// Draws the symbol of a legend entry, 20 px wide, centred on `y`.
 pub(crate) fn swatch(key: &Key, x: f64, y: f64) -> Markup {
     let tone = key.tone.class();
     let rect = |class: &str| html! { rect class={ (class) " " (tone) } x=(c(x + 2.0)) y=(c(y - 5.0)) width="16" height="10" rx="1.5" {} };
@@ -149,11 +149,11 @@ pub(crate) struct Spec<'a> {
     pub(crate) keys: Vec<Key>,
     /// Width reserved to the right of the plot area for direct labels, px.
     pub(crate) right: f64,
-    /// Ratio of height to width of the plot area; `None` for the default.
+    /// Ratio of height to width of the plot area; `None` for the default proportions.
     pub(crate) aspect: Option<f64>,
 }
 
-/// A frame with its layout: the plot area, and the scales from data to pixels.
+/// A laid-out frame of a figure: the plot area, and the scales from data to pixels.
 pub(crate) struct Frame {
     pub(crate) plot: Rect,
     pub(crate) x: Scale,

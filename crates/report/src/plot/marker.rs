@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::text::coordinate;
 use crate::figure::Tone;
 
-/// A marker of `tone` centred at `(x, y)` with a radius of about `r` px.
+/// Draws the marker of `tone`, centred at `(x, y)`, with a radius of about `r` px.
 pub(crate) fn marker(tone: Tone, x: f64, y: f64, r: f64) -> Markup {
     let class = format!("pt {}", tone.class());
     let c = coordinate;

@@ -5,7 +5,7 @@ use super::text::coordinate;
 /// A point of a figure, in pixels.
 pub(crate) type Point = (f64, f64);
 
-/// Maximum distance by which simplification may move a line, px.
+/// Largest distance by which simplification may move a line, px.
 const TOLERANCE: f64 = 0.12;
 
 /// Splits points at missing values into runs without gaps.
@@ -22,7 +22,7 @@ pub(crate) fn runs(points: impl IntoIterator<Item = Option<Point>>) -> Vec<Vec<P
     runs
 }
 
-/// Path data of a polyline; a run of one point becomes a dot (a zero-length line with round caps).
+/// SVG path data of a polyline; a run of one point becomes a dot (zero-length line with round caps).
 pub(crate) fn line(runs: &[Vec<Point>]) -> String {
     let mut d = String::new();
     for run in runs {
@@ -34,7 +34,7 @@ pub(crate) fn line(runs: &[Vec<Point>]) -> String {
     d
 }
 
-/// Path data of the areas between the lower and the upper line, run by run.
+/// SVG path data of the areas between a lower and an upper line, one area per run without gaps.
 pub(crate) fn area(pairs: impl IntoIterator<Item = Option<(f64, f64, f64)>>) -> String {
     let mut d = String::new();
     let mut lower: Vec<Point> = Vec::new();
@@ -76,7 +76,7 @@ fn thin(points: &[Point]) -> Vec<Point> {
     simplify(&columns(points))
 }
 
-/// First, lowest, highest and last point of each pixel column, in order.
+/// First, lowest, highest and last point of each pixel column, in their order.
 fn columns(points: &[Point]) -> Vec<Point> {
     let mut kept: Vec<Point> = Vec::with_capacity(points.len());
     let mut column: Vec<Point> = Vec::new();
@@ -133,7 +133,7 @@ fn simplify(points: &[Point]) -> Vec<Point> {
     points.iter().zip(keep).filter(|(_, k)| *k).map(|(p, _)| *p).collect()
 }
 
-/// Distance of `p` from the segment `a` to `b`.
+/// Distance of `p` from the segment between `a` and `b`, px.
 fn distance(p: Point, a: Point, b: Point) -> f64 {
     let (dx, dy) = (b.0 - a.0, b.1 - a.1);
     let length = dx * dx + dy * dy;

@@ -76,7 +76,7 @@ impl Scale {
         Self { start, end, ..self }
     }
 
-    /// The pixel of `value`; `None` if it cannot be drawn.
+    /// Pixel position of `value`; `None` if it cannot be drawn.
     ///
     /// Values far outside the range are moved to one range width beyond it, so that clipped marks have no
     /// huge coordinates.
@@ -96,7 +96,7 @@ impl Scale {
         (self.low..=self.high).contains(&value)
     }
 
-    /// Ticks with their labels, and the power of ten taken out of all labels (0 for none).
+    /// Tick values with their labels, and the power of ten taken out of all labels (0 for none).
     pub(crate) fn ticks(&self, target: usize) -> (Vec<(f64, String)>, i32) {
         match self.kind {
             Kind::Linear => {

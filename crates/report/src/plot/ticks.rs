@@ -116,7 +116,7 @@ pub(crate) fn linear(low: f64, high: f64, target: usize) -> Vec<f64> {
     }
 }
 
-/// Ticks of a logarithmic axis, ascending.
+/// Tick values of a logarithmic axis, ascending.
 ///
 /// Three or more decades: about `target` powers of ten. Fewer: 1, 2 and 5 times powers of ten, or, if these
 /// are fewer than three, round linear values.
@@ -134,7 +134,7 @@ pub(crate) fn logarithmic(low: f64, high: f64, target: usize) -> Vec<f64> {
     if dense.len() >= 3 { dense } else { linear(low, high, target) }
 }
 
-/// Smallest number of decimals that shows all ticks without rounding, at most 9.
+/// Smallest number of decimals that shows all tick values without rounding, at most 9.
 pub(crate) fn decimals(ticks: &[f64]) -> usize {
     (0..9)
         .find(|&d| {

@@ -79,7 +79,7 @@ pub fn check_figure(svg: Node) {
     check_plot(svg, &boxes, title);
 }
 
-/// Checks that the plot area clips its marks, and that only labels with a halo reach into it.
+/// Checks that the plot area clips its marks, and that only labels with a halo extend into it.
 fn check_plot(svg: Node, boxes: &[(Node, Box4)], title: &str) {
     let Some(plot) = svg.descendants().find(|n| has_class(*n, "plot")) else { return };
     let (left, top) = (attribute(plot, "x"), attribute(plot, "y"));
@@ -95,7 +95,7 @@ fn check_plot(svg: Node, boxes: &[(Node, Box4)], title: &str) {
     }
 }
 
-/// Parses an SVG file and checks it.
+/// Parses an SVG file and checks it as a figure.
 pub fn check_svg(svg: &str) {
     let document = Document::parse(svg).unwrap_or_else(|e| panic!("not XML: {e}\n{svg}"));
     check_figure(document.root_element());

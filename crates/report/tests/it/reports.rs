@@ -28,7 +28,7 @@ fn reports_are_deterministic_and_survive_json() {
     assert!(benchmark_report(&report) == benchmark_report(&back));
 }
 
-/// Replaces every string that is not the name of an enum variant.
+/// Replaces every string of a JSON value by `text`, except names of enum variants.
 fn replace_texts(value: &mut serde_json::Value, text: &str) {
     match value {
         serde_json::Value::String(s) => text.clone_into(s),

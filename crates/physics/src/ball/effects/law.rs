@@ -25,7 +25,7 @@ pub struct Flight<'a, S> {
 /// A position that is about to be reported: true state and measured position.
 #[derive(Clone, Copy, Debug)]
 pub struct Measurement<S> {
-    /// Measured position, m; sensor effects change it.
+    /// Measured position of the ball, m, which the effects on the sensor change.
     pub position: [S; 3],
     /// True position of the ball, m.
     pub truth: [S; 3],
@@ -42,17 +42,17 @@ pub trait Law<S: Scalar>: Send + Sync {
     fn changes_flight(&self) -> bool {
         false
     }
-    /// Adds a constant acceleration to `a`, m/s²; flight keeps its closed form.
+    /// Adds the effect's constant acceleration to `a`, m/s²; flight keeps its closed form.
     fn constant_acceleration(&self, _p: &[S], _a: &mut [S; 3]) {}
     /// Adds the effect's velocity of the air (wind) to `w`, m/s.
     fn air_velocity(&self, _p: &[S], _w: &mut [S; 3]) {}
-    /// Adds a state-dependent acceleration in flight to `a`, m/s².
+    /// Adds the effect's state-dependent acceleration in flight to `a`, m/s².
     fn acceleration(&self, _p: &[S], _flight: &Flight<'_, S>, _a: &mut [S; 3]) {}
     /// Angle of the ground plane `z = x tan(angle)`, rad; `None` if the effect does not tilt the ground.
     fn ground_angle(&self, _p: &[S]) -> Option<S> {
         None
     }
-    /// Returns the coefficient of restitution, given the value `e` after the preceding effects.
+    /// Coefficient of restitution with the effect, given its value `e` after the preceding effects.
     fn restitution(&self, _p: &[S], _impact: &Impact<'_, S>, e: S) -> S {
         e
     }
@@ -62,7 +62,7 @@ pub trait Law<S: Scalar>: Send + Sync {
     fn contact_duration(&self, _p: &[S]) -> Option<S> {
         None
     }
-    /// Replaces the recorded spin at the release by the true one, rad/s.
+    /// Replaces the recorded spin at the release by the true one according to the effect, rad/s.
     fn spin(&self, _p: &[S], _spin: &mut [S; 3]) {}
     /// Delay of the measured position, s; `None` if the effect has no delay.
     fn delay(&self, _p: &[S]) -> Option<S> {
@@ -82,6 +82,6 @@ pub trait Law<S: Scalar>: Send + Sync {
 
 /// An effect of the library: a [`Law`] with its description.
 pub trait Effect<S: Scalar>: Law<S> {
-    /// Description of the effect.
+    /// Description of the effect for discovery, model files and reports.
     fn spec(&self) -> &'static EffectSpec;
 }

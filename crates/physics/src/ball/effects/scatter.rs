@@ -6,10 +6,10 @@
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec};
 use augsim_system::ScatterPer;
 
-/// Kind of the random effect on the restitution.
+/// Kind of effect by which model files name the random scatter of the restitution.
 pub const SCATTER_KIND: &str = "restitution-scatter";
 
-/// Description of the random effect on the restitution.
+/// Description of the random scatter of the restitution for discovery, model files and reports.
 pub static SCATTER_SPEC: EffectSpec = EffectSpec {
     kind: SCATTER_KIND,
     location: Location::Impact,

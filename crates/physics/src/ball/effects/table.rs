@@ -41,7 +41,7 @@ pub enum Feature {
     Clock,
     /// Number of preceding bounces, 0 at the first.
     Bounce,
-    /// Impact speed along the normal, m/s.
+    /// Approach speed of an impact along the ground's normal, m/s.
     NormalSpeed,
     /// Tangential velocity of the ball at the impact along x, m/s.
     TangentialSpeed,
@@ -125,9 +125,9 @@ impl Target {
 /// The values at the knots are its parameters, in order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
-    /// The quantity that the table adds to.
+    /// Quantity to which the table adds its values.
     pub target: Target,
-    /// The feature that it depends on.
+    /// Feature (independent variable) of the table.
     pub feature: Feature,
     /// Position of the first knot, in the unit of the feature.
     pub first: f64,

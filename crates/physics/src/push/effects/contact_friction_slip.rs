@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec, Rival};
 use crate::push::setting::Setting;
 
-/// Contact friction `mu_c = mu_c0 (1 + k |slip|)`.
+/// Friction coefficient between rod and object `mu_c = mu_c0 (1 + k |slip|)` at the slip speed.
 pub struct ContactFrictionSlip;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -34,7 +34,7 @@ pub use scatter::{SCATTER_KIND, SCATTER_SPEC};
 pub trait Effect<S: Scalar>: Send + Sync {
     /// Description of the effect: kind, place, parameters with units, sources.
     fn spec(&self) -> &'static EffectSpec;
-    /// Sets what the effect changes; `p` holds its parameters in the order of its [`EffectSpec`].
+    /// Sets the fields of `setting` that the effect changes; `p` holds its parameters in order.
     fn apply(&self, p: &[S], setting: &mut Setting<S>);
 }
 

@@ -5,7 +5,7 @@ use crate::Scalar;
 use crate::library::{EffectSpec, Location, Needs, ParameterSpec};
 use crate::push::setting::Setting;
 
-/// The reported pose is the true one moved by `(dx, dy)` in the body frame and rotated by `dtheta`.
+/// Reported pose: the true one moved by `(dx, dy)` in the body frame and rotated by `dtheta`.
 pub struct PoseOffset;
 
 static SPEC: EffectSpec = EffectSpec {

@@ -20,7 +20,7 @@ pub const COLUMNS: [&str; 5] = ["pusher_x_m", "pusher_y_m", "x_m", "y_m", "theta
 const REST_BEFORE_S: f64 = 0.05;
 /// Time recorded after the push, s, in which a fast object coasts.
 const REST_AFTER_S: f64 = 0.25;
-/// Number of standard deviations at which the scatter of the start pose is truncated.
+/// Truncation of the random start pose, in standard deviations from its nominal value.
 const TRUNCATION_SD: f64 = 3.3;
 /// Lowest sampling rate, Hz; below it a push is over between two samples.
 const MIN_RATE_HZ: f64 = 1.0;
@@ -75,7 +75,7 @@ impl PushRecipe {
 /// True values of one generated push: plan, start and end pose, inertia.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct GeneratedTruth {
-    /// The commanded push.
+    /// The commanded push: contact, angle, speed and travel.
     pub planned: PlannedPush,
     /// True start pose of the object: x, m, y, m, and angle, rad.
     pub start: [f64; 3],
@@ -88,7 +88,7 @@ pub struct GeneratedTruth {
 /// A generated set of pushes with its declared model and its true values.
 #[derive(Clone, Debug)]
 pub struct Generated {
-    /// The data: [`COLUMNS`] in the world frame; the pose is that of the area centroid.
+    /// Data of all pushes: [`COLUMNS`] in the world frame; the pose is that of the area centroid.
     pub data: Dataset,
     /// The declared model, whose physics differs from the truth.
     pub declared: PushModel,
@@ -96,7 +96,7 @@ pub struct Generated {
     pub truths: Vec<GeneratedTruth>,
 }
 
-/// Error of a set that cannot be generated.
+/// Reason why a set of pushes cannot be generated.
 #[derive(Debug, thiserror::Error)]
 pub enum LaboratoryError {
     /// The object of the recipe is not built in.
@@ -115,7 +115,7 @@ pub enum LaboratoryError {
         /// Rule that the value of the setting violates.
         rule: &'static str,
     },
-    /// The path of the rod is malformed.
+    /// The path of the rod in `simulate_along` is malformed.
     #[error(
         "the path of the rod is malformed; give one finite x and y for each time, and strictly increasing times"
     )]
@@ -125,16 +125,16 @@ pub enum LaboratoryError {
     Push {
         /// Index of the push that cannot be simulated.
         index: usize,
-        /// Error of the simulation.
+        /// Error of the simulation of that push.
         source: PushError,
     },
-    /// The data set cannot be built.
+    /// The data set of the generated pushes cannot be built.
     #[error(transparent)]
     Data(#[from] DataError),
 }
 
 impl PushRecipe {
-    /// Generates the set; push i depends only on the seed and i, for any number of threads.
+    /// Generates the set of pushes; push i depends only on the seed and i, for any number of threads.
     ///
     /// # Errors
     /// The object is unknown, a setting is out of range, a limit is exceeded, or a push cannot be simulated.
@@ -188,7 +188,7 @@ impl PushRecipe {
         Ok(Generated { data: Dataset::from_names(&COLUMNS, trajectories)?, declared, truths: made })
     }
 
-    /// Plans, simulates and measures push `index`.
+    /// Plans and simulates push `index`, and adds measurement noise.
     fn make(
         &self,
         truth: &Truth,

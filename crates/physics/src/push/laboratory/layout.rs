@@ -14,13 +14,15 @@ pub enum PushDesign {
     /// 11 contacts per side (40 around an ellipse), 9 angles from -80 to 80 degrees, 10 speeds and 8
     /// accelerations, 5 cm of travel: 7,128 pushes of a rectangle.
     Mit,
-    /// The same push repeated: side 0 at 70 % of its length, along the normal, 20 mm/s, 15 cm.
+    /// The same push is repeated: on side 0 at 70 % of its length, along the normal.
+    ///
+    /// Speed 20 mm/s, travel 15 cm.
     Repeat,
-    /// Random contact, angle, start pose and speed (10 to 50 mm/s); 10 cm.
+    /// Contact, angle, start pose and speed (10 to 50 mm/s) are random; travel 10 cm.
     Random,
 }
 
-/// One commanded push.
+/// One commanded push: contact, angle, speed and travel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PlannedPush {
     /// Index of the pushed side of the object.
@@ -37,9 +39,9 @@ pub struct PlannedPush {
     pub travel_m: f64,
 }
 
-/// Speeds of the MIT set, m/s.
+/// Speeds of the rod in the MIT set, m/s.
 const SPEEDS: [f64; 10] = [0.01, 0.02, 0.05, 0.075, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5];
-/// Accelerations of the MIT set, m/s².
+/// Accelerations of the rod in the MIT set, m/s².
 const ACCELERATIONS: [f64; 8] = [0.1, 0.2, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5];
 /// Number of push angles of the MIT set.
 const ANGLE_COUNT: usize = 9;

@@ -66,7 +66,7 @@ pub const SUPPORTS: [SupportSheet; 4] = [
 ];
 
 impl SupportSheet {
-    /// The support surface of this name, or `None`.
+    /// The support surface of this name; `None` if there is none.
     pub fn named(name: &str) -> Option<Self> {
         SUPPORTS.into_iter().find(|s| s.name == name)
     }

@@ -21,7 +21,7 @@ use uniform::UniformPolygon;
 /// A linear map of the plane, stored by rows.
 pub type Matrix<S> = [[S; 2]; 2];
 
-/// A limit surface about the centre of friction.
+/// A limit surface: the friction wrenches of a sliding object, about the centre of friction.
 #[derive(Clone, Copy, Debug)]
 pub enum Surface<'a, S> {
     /// Ellipsoidal limit surface `|f|² + (m/c)² = 1` for force f and moment m.
@@ -38,19 +38,19 @@ pub enum Surface<'a, S> {
     },
     /// Limit surface that is a level set of a convex polynomial of the fourth degree.
     Quartic {
-        /// The polynomial whose level set is the surface.
+        /// Polynomial whose level set is the limit surface.
         quartic: &'a Quartic,
     },
     /// Coulomb friction integrated over a uniformly pressed polygon, in closed form.
     Uniform {
-        /// Polygon on which the object rests.
+        /// Uniformly pressed polygon on which the object rests.
         footprint: &'a UniformPolygon,
         /// Factor by which all lengths of the footprint are multiplied.
         scale: S,
     },
     /// Coulomb friction summed over patches of the footprint.
     Patches {
-        /// The patches of the footprint.
+        /// Patches of the footprint of the object.
         patches: &'a [Patch],
         /// Share of each patch in the sliding force; the shares sum to 1 if the mean friction is the declared
         /// one.
@@ -131,7 +131,7 @@ impl<'a, S: Scalar> Surface<'a, S> {
         }
     }
 
-    /// The `c` of an ellipsoid that approximates this surface, m; used for initial guesses.
+    /// Ratio `c` of an ellipsoid that approximates this limit surface, m; used for initial guesses.
     pub fn nominal_c(&self) -> f64 {
         match self {
             Surface::Ellipsoid { c } | Surface::Superellipsoid { c, .. } => c.value(),
@@ -146,7 +146,7 @@ impl<'a, S: Scalar> Surface<'a, S> {
     }
 }
 
-/// Matrix-vector product `M a`.
+/// Product of the matrix `m` and the vector `a`.
 #[inline(always)]
 pub(super) fn apply<S: Scalar>(m: &Matrix<S>, a: Vector<S>) -> Vector<S> {
     [m[0][0] * a[0] + m[0][1] * a[1], m[1][0] * a[0] + m[1][1] * a[1]]

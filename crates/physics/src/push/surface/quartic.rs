@@ -22,7 +22,7 @@ use crate::scalar::{cross, dot};
 
 /// Number of quadratic forms `A_k` in the polynomial of formula (1).
 pub const QUADRATIC_FORMS: usize = 2;
-/// Maximum number of Newton steps for one wrench; convergence is quadratic.
+/// Maximum number of Newton steps for one friction wrench; convergence is quadratic.
 const MAX_NEWTON_STEPS: usize = 40;
 /// Maximum number of halvings of one Newton step in the line search.
 const MAX_HALVINGS: usize = 30;
@@ -32,7 +32,7 @@ const GRADIENT_TOLERANCE: f64 = 1e-12;
 type Vec3 = [f64; 3];
 type Mat3 = [Vec3; 3];
 
-/// The polynomial `H` of equation (1) for one footprint.
+/// The convex polynomial `H` of formula (1), whose level set is the limit surface of one footprint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quartic {
     /// Length `c` by which moments are divided, m.
@@ -42,7 +42,7 @@ pub struct Quartic {
 }
 
 impl Quartic {
-    /// The polynomial with the symmetric, positive definite forms `A_k`.
+    /// The polynomial of formula (1) with the symmetric, positive definite forms `A_k`.
     ///
     /// They act on wrenches `(f_x, f_y, m/c)` in units of the sliding force; `c_m` is `c`, m.
     pub fn new(c_m: f64, forms: [Mat3; QUADRATIC_FORMS]) -> Self {
@@ -162,7 +162,7 @@ fn apply(a: &Mat3, g: &Vec3) -> Vec3 {
     [dot(&a[0], g), dot(&a[1], g), dot(&a[2], g)]
 }
 
-/// Solution of a symmetric 3 x 3 system by Cramer's rule.
+/// Solution of a symmetric 3 x 3 system `m x = b` by Cramer's rule.
 fn solve(m: &Mat3, b: Vec3) -> Vec3 {
     let adjugate = [cross(&m[1], &m[2]), cross(&m[2], &m[0]), cross(&m[0], &m[1])];
     let determinant = dot(&m[0], &adjugate[0]);

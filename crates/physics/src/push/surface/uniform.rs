@@ -29,7 +29,7 @@ use crate::push::moments::{Moments, mean_radius};
 use crate::push::outline::{Outline, Polygon};
 use crate::push::planar::{Vector, Wrench, constant, cross, dot, norm, rot90, scale, sub};
 
-/// Ratio of the footprint's radius to the distance of the centre of rotation below which quadrature is used.
+/// Largest ratio of footprint radius to distance of the centre of rotation that uses quadrature.
 const NEAR_TRANSLATION: f64 = 1e-2;
 
 /// A uniformly pressed polygon with the precomputed quantities of its limit surface.
@@ -51,7 +51,7 @@ struct Edge {
     along: Vector<f64>,
     /// Signed distance of the origin from the line of the edge, m.
     distance: f64,
-    /// Positions of both ends along the edge, from the foot of the perpendicular from the origin, m.
+    /// Positions of both ends on the line of the edge, m, from the point closest to the origin.
     ends: [f64; 2],
     /// Vertex at which the edge ends, m.
     end: Vector<f64>,

@@ -52,7 +52,7 @@ impl<const K: usize> WrenchWithJacobian<K> {
 /// A small patch of a moving footprint: arm, velocity and size.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MovingPatch {
-    /// Position of the patch, rotated by 90 degrees, m.
+    /// Position of the patch in the footprint, rotated by 90 degrees, m.
     pub arm: Vector<f64>,
     /// Velocity of the centre of the patch, m/s.
     pub v: Vector<f64>,
