@@ -115,7 +115,7 @@ mod tests {
 
     const REPETITIONS: u64 = 600;
 
-    /// Share of the intervals of two parameters that contain the truth, 0.
+    /// Share of the 95 % intervals of two parameters that contain their true value, 0, over all repetitions.
     fn coverage(windows: usize, misfit: f64, half_widths: impl Fn(&ToyFit) -> [f64; 2]) -> f64 {
         let inside = (0..REPETITIONS).map(|seed| {
             let fit = Toy::draw(windows, seed, misfit, 2).fit(2);

@@ -376,7 +376,7 @@ mod tests {
         assert!(!is_supported(reduction(1e-3)) && is_supported(reduction(1e-7)));
     }
 
-    /// Arcs about a constant with alternating residuals of the given standard deviations.
+    /// One arc for each standard deviation in `sds`, with residuals about a constant that alternate in sign.
     fn arcs(sds: &[f64]) -> Vec<Arc> {
         let y = |sd: f64| (0..8).map(|k| if k % 2 == 0 { sd } else { -sd }).collect();
         let arc = |(record, sd): (usize, &f64)| Arc {

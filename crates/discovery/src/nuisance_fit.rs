@@ -287,8 +287,7 @@ mod tests {
     use crate::record::Record;
     use augsim_system::Window;
 
-    /// Normal equations at a start `x` with residual `-atan(5 x)`, for which Gauss-Newton steps from afar
-    /// fail.
+    /// Normal equations at `x` of the residual `-atan(5 x)`, for which Gauss-Newton steps from afar fail.
     fn normal_at(x: f64) -> NormalEquations {
         let (residual, slope) = (-(5.0 * x).atan(), 5.0 / (1.0 + 25.0 * x * x));
         NormalEquations {

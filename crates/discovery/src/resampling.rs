@@ -151,7 +151,8 @@ mod tests {
     use super::*;
     use augsim_system::{DetectedEvent, Record as SystemRecord};
 
-    /// Falls from 1 m, turns at 0.4 s, sampled every 9 to 13 ms; the samples `missing` have no measurement.
+    /// Record of a body that falls from 1 m and rebounds at 0.4 s, sampled every 9 to 13 ms. The samples `missing`
+    /// have no measurement.
     fn record(missing: Range<usize>) -> Record {
         let turn = 0.4;
         let place = |t: f64| {

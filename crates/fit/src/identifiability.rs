@@ -34,7 +34,7 @@ pub(crate) struct Information {
     pub covariance: Vec<Vec<f64>>,
     /// Directions in which the free parameters can move without a change of the outputs.
     free_directions: Vec<Vec<f64>>,
-    /// Upper bound of the error of each component of `free_directions`, by parameter.
+    /// Error of each component of `free_directions`, by parameter.
     ///
     /// An error of the normal equations of the size of [`IDENTIFIABILITY_CUTOFF`] rotates these directions towards
     /// the identifiable eigenvectors, the more the smaller their eigenvalues.

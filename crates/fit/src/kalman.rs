@@ -369,7 +369,7 @@ mod tests {
         (samples.collect(), noise)
     }
 
-    /// Prior mean and covariance of the deviations of all samples.
+    /// Joint prior mean and covariance of the deviations from the path at all samples.
     fn joint(samples: &[Sample], noise: &Noise) -> (Vec<f64>, Mat<f64>) {
         let n = samples.len();
         let mut mean = vec![0.0; n * D];
@@ -393,7 +393,8 @@ mod tests {
         (mean, covariance)
     }
 
-    /// Posterior mean of all deviations, and ln likelihood of the readings, from the joint distribution.
+    /// Posterior mean of the deviations at all samples, and ln likelihood of the readings, from the joint
+    /// distribution.
     fn conditioned(samples: &[Sample], noise: &Noise) -> (Vec<f64>, f64) {
         let (mean, covariance) = joint(samples, noise);
         let readings: Vec<(usize, &Reading)> =

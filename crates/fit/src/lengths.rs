@@ -77,7 +77,7 @@ mod tests {
     //! they gain.
     use super::*;
 
-    /// Selected fit of three; `rmse[length][fit]` is over 40, 20 and 10 windows.
+    /// Index of the selected one of three fits. `rmse[length][fit]` are their RMSEs over 40, 20 and 10 windows.
     fn selected(rmse: [[f64; 3]; 3]) -> usize {
         longest_near_best(&[40, 20, 10], |length, candidates| {
             Some(candidates.iter().map(|fit| rmse[length][*fit].ln()).collect())

@@ -406,7 +406,7 @@ mod tests {
     use augsim_equations::{EquationSystem, model};
     use augsim_system::{Prepare, Record};
 
-    /// An exponential decay, measured with small errors, in windows of 1 s.
+    /// System and records of an exponential decay, measured with small errors, in windows of 1 s.
     fn decay_problem() -> (EquationSystem, Vec<Record>) {
         let text = "scenario = \"system\"\n[states]\nx_m = { start = \"y_m\" }\n[parameters]\n\
                     rate_per_s = { nominal = 0.3, min = 0.0, max = 10.0 }\n[rates]\nx_m = \"-rate_per_s * x_m\"\n\

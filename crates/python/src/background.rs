@@ -9,41 +9,42 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
 use std::time::Duration;
 
-/// Maximum time between two checks for signals.
+/// Maximum time between two checks for signals such as Ctrl-C.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
-/// Stack size of the thread in bytes, as for a main thread.
+/// Stack size of the worker thread in bytes, as for a main thread.
 const STACK: usize = 8 << 20;
 
-/// Messages of the worker to the caller.
+/// Messages from the worker thread to the calling thread.
 enum Message<T> {
-    /// Current step and completed fraction, if known.
+    /// Name of the current step, and completed fraction of the work (0 to 1); `None` if unknown.
     Step(String, Option<f64>),
-    /// Result of the work.
+    /// Result of the work, or its panic.
     Done(thread::Result<anyhow::Result<T>>),
 }
 
-/// Connection of the worker to the caller.
+/// Connection of the worker thread to the calling thread: it reports progress and asks whether to stop.
 pub struct Line<T> {
     tell: Sender<Message<T>>,
     stop: Arc<AtomicBool>,
 }
 
-/// Panic payload that stops a worker whose caller was interrupted.
+/// Panic payload that ends a worker whose caller was interrupted, without a message.
 struct Stopped;
 
 impl<T> Line<T> {
-    /// Reports a step.
+    /// Reports the current step, and the completed fraction of the work (0 to 1) if it is known.
     pub fn step(&self, step: String, share: Option<f64>) {
         // The receiver is closed if the caller was interrupted.
         let _ = self.tell.send(Message::Step(step, share));
     }
 
-    /// Whether the caller was interrupted.
+    /// Whether the caller was interrupted, so that the work must stop.
     pub fn must_stop(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// Stops work without a stop check if the caller was interrupted; prints no message.
+    /// Ends the work if the caller was interrupted; prints no message. For work that has no stop check of its
+    /// own.
     pub fn end_if_stopped(&self) {
         if self.must_stop() {
             resume_unwind(Box::new(Stopped));
@@ -51,7 +52,8 @@ impl<T> Line<T> {
     }
 }
 
-/// Runs `work` on another thread and waits for it; calls `progress` with each step and fraction.
+/// Runs `work` on another thread and waits for it. Calls the Python function `progress` with each step and
+/// fraction.
 ///
 /// # Errors
 /// The exception of an error or panic of the work. `KeyboardInterrupt`, or an exception of `progress`,
@@ -94,8 +96,8 @@ pub fn run<T: Send + 'static>(
     }
 }
 
-/// Runs short work on the calling thread, which is faster than a thread switch, and other work as
-/// [`run`] does.
+/// Runs `work` on the calling thread if it is brief, which avoids a thread switch, and otherwise as [`run`]
+/// does.
 ///
 /// # Errors
 /// As [`run`].

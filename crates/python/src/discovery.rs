@@ -12,10 +12,10 @@ use augsim_session::{DataFrom, DiscoverRequest, ReportContext, Subject};
 use pyo3::prelude::*;
 use std::path::{Path, PathBuf};
 
-/// Width of a single figure in pixels.
+/// Width in pixels of a figure that is exported alone.
 const FIGURE_WIDTH: f64 = 640.0;
 
-/// Result of a discovery, with its model and data.
+/// Result of a discovery, with the model and the data that it was made from.
 #[pyclass(frozen, module = "augsim._augsim")]
 pub struct Discovery {
     found: augsim_discovery::Discovery,
@@ -25,7 +25,7 @@ pub struct Discovery {
     request: DiscoverRequest,
 }
 
-/// Searches for the effects that a model lacks.
+/// Searches for the effects that a model lacks to explain the data.
 #[pyfunction]
 #[pyo3(signature = (model, data, *, seed, groups, null_runs, only, exclude, accept, progress))]
 #[expect(clippy::too_many_arguments, reason = "all but two are keywords of Python")]
@@ -67,27 +67,27 @@ impl Discovery {
 
 #[pymethods]
 impl Discovery {
-    /// Returns the text of `result.json`.
+    /// Returns the result as the text of `result.json`.
     fn json(&self, py: Python<'_>) -> PyResult<String> {
         unlocked(py, || Ok(serde_json::to_string_pretty(&self.found)?))
     }
 
-    /// Returns the text of the augmented model.
+    /// Returns the text of the model file with the added effects.
     fn model_toml(&self) -> &str {
         &self.found.model_toml
     }
 
-    /// Returns the report page for a folder.
+    /// Returns the report page as HTML, with links relative to `folder`.
     fn page(&self, py: Python<'_>, folder: PathBuf) -> PyResult<String> {
         unlocked(py, || Ok(self.report(&folder).render()))
     }
 
-    /// Returns the first part of the report page.
+    /// Returns the first part of the report page as HTML.
     fn excerpt(&self, py: Python<'_>) -> PyResult<String> {
         unlocked(py, || Ok(self.report(Path::new("")).excerpt().render()))
     }
 
-    /// Returns the titles and SVG documents of all figures.
+    /// Returns the title and the SVG document of each figure in the report.
     fn figures(&self, py: Python<'_>) -> PyResult<Vec<(String, String)>> {
         let drawn = |figure: &augsim_report::figure::Figure| {
             (figure.title().to_owned(), figure.svg_document(FIGURE_WIDTH))

@@ -6,16 +6,16 @@ use pyo3::prelude::*;
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// Python module that declares the exceptions.
+/// Python module that declares the exception classes of the package.
 const MODULE: &str = "augsim._errors";
 
-/// Makes an exception of the package by class name.
+/// Creates an exception of the package from its class name and message.
 fn exception(py: Python<'_>, class: &str, text: String) -> PyErr {
     let raised = || py.import(MODULE)?.getattr(class)?.call1((text,));
     raised().map_or_else(|e| e, PyErr::from_value)
 }
 
-/// Converts an error to the exception class of its kind.
+/// Converts an error to the Python exception of its kind.
 pub fn raised(py: Python<'_>, error: &anyhow::Error) -> PyErr {
     let class = match Failure::classify(error) {
         Failure::Usage => "UsageError",
@@ -26,7 +26,7 @@ pub fn raised(py: Python<'_>, error: &anyhow::Error) -> PyErr {
     exception(py, class, augsim_data::escape_control_characters(&sentence(error)))
 }
 
-/// Converts a panic, which is a bug, to an exception. No panic crosses into Python.
+/// Converts a panic, which is a bug, to a Python exception. No panic may cross into Python.
 pub fn defect(panic: Box<dyn Any + Send>) -> PyErr {
     let text = match (panic.downcast_ref::<&str>(), panic.downcast_ref::<String>()) {
         (Some(text), _) => (*text).to_owned(),
@@ -36,10 +36,9 @@ pub fn defect(panic: Box<dyn Any + Send>) -> PyErr {
     PyRuntimeError::new_err(format!("this is a bug in augsim, please report it: {text}"))
 }
 
-/// Runs short work on the calling thread without the GIL.
+/// Runs short work on the calling thread without the GIL, Python's global lock.
 ///
-/// # Errors
-/// The exception of its error or panic.
+/// The Python exception of an error or a panic in the work.
 pub fn unlocked<T: Send>(py: Python<'_>, work: impl FnOnce() -> anyhow::Result<T> + Send) -> PyResult<T> {
     match py.detach(|| catch_unwind(AssertUnwindSafe(work))) {
         Ok(result) => result.map_err(|e| raised(py, &e)),

@@ -16,7 +16,7 @@ use augsim_session::{Subject, Usage};
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 
-/// Checks the number of trajectories against the limit of data sets.
+/// Checks that the number of trajectories is at least 1 and within the limit for data sets.
 fn check(trajectories: usize) -> Result<(), Usage> {
     if trajectories == 0 {
         return Err(Usage::keyword("trajectories", 0, Takes::AtLeastOne));
@@ -26,7 +26,7 @@ fn check(trajectories: usize) -> Result<(), Usage> {
     checked.map_err(|exceeded| Usage::Limit { oversized, exceeded })
 }
 
-/// Generates drops with the random restitution of the paper.
+/// Simulates ball drops with the random restitution of the experiment in Ajay et al.
 #[pyfunction]
 pub fn drops(py: Python<'_>, trajectories: usize, samples: usize, seed: u64) -> PyResult<Data> {
     let made = background::run(py, None, move |_| {
@@ -40,7 +40,7 @@ pub fn drops(py: Python<'_>, trajectories: usize, samples: usize, seed: u64) -> 
     Data::from_dataset(py, made)
 }
 
-/// Generates pushes in the layout of the MIT set in the virtual laboratory, and their declared model.
+/// Simulates pushes in the layout of the MIT data set; also returns the model declared for them.
 #[pyfunction]
 pub fn pushes(
     py: Python<'_>,
@@ -57,7 +57,7 @@ pub fn pushes(
     Ok((Data::from_dataset(py, made.data)?, Model { subject, path: None }))
 }
 
-/// The virtual laboratory, for single pushes.
+/// Simulated laboratory that performs single pushes.
 #[pyclass(frozen, module = "augsim._augsim")]
 pub struct Laboratory {
     recipe: PushRecipe,
@@ -72,8 +72,8 @@ impl Laboratory {
         Ok(Laboratory { recipe, seed })
     }
 
-    /// Simulates a push; returns poses `[time, 3]` from a start pose `[3]` with the pusher at `x` and
-    /// `y` at `times`.
+    /// Simulates a push and returns the poses `[time, 3]` (x, y, angle) of the object. It starts at the pose
+    /// `start` `[3]`, with the pusher at `x` and `y` at the times `times`.
     fn pushed<'py>(
         &self,
         py: Python<'py>,

@@ -14,7 +14,7 @@ mod stepper;
 
 use pyo3::prelude::*;
 
-/// Functions and classes behind the package `augsim`. Do not use them directly.
+/// Native functions and classes on which the Python package `augsim` is built; not for direct use.
 #[pymodule]
 mod _augsim {
     #[pymodule_export]

@@ -11,18 +11,18 @@ use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 use std::path::PathBuf;
 
-/// A model file of any scenario.
+/// Python class of a model file of any scenario.
 #[pyclass(frozen, module = "augsim._augsim")]
 pub struct Model {
     pub subject: Subject,
-    /// Path of the model file; `None` for a text.
+    /// Path of the model file; `None` for a model parsed from text.
     pub path: Option<PathBuf>,
 }
 
-/// Name, value, lower and upper bound, frozen flag, and 95 % interval of a parameter.
+/// Parameter of a model: name, value, lower and upper bound, whether it is frozen, and its 95 % interval.
 type Parameter = (String, f64, f64, f64, bool, Option<(f64, f64)>);
 
-/// Columns by name.
+/// Numeric columns, each with its name.
 type NamedColumns = Vec<(String, Numbers)>;
 
 fn owned(columns: NamedColumns) -> Vec<(String, Vec<f64>)> {
@@ -31,7 +31,7 @@ fn owned(columns: NamedColumns) -> Vec<(String, Vec<f64>)> {
 
 #[pymethods]
 impl Model {
-    /// Reads a model file.
+    /// Reads a model file from a path.
     #[staticmethod]
     fn read(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let subject = unlocked(py, || Subject::read(&path))?;
@@ -45,12 +45,12 @@ impl Model {
         Ok(Model { subject, path: None })
     }
 
-    /// Returns the scenario: `ball`, `push` or `system`.
+    /// Returns the scenario of the model: `ball`, `push` or `system`.
     fn scenario(&self) -> &'static str {
         self.subject.scenario()
     }
 
-    /// Returns the declared parameters, then those of the effects.
+    /// Returns the declared parameters of the model, then those of its effects.
     fn parameters(&self) -> Vec<Parameter> {
         self.subject
             .parameters()
@@ -64,9 +64,9 @@ impl Model {
         unlocked(py, || self.subject.to_toml())
     }
 
-    /// Calibrates the declared parameters; returns the fitted model and the result as JSON.
+    /// Calibrates the declared parameters on data; returns the fitted model and the result as JSON.
     ///
-    /// `accept` names data checks to ignore.
+    /// `accept` names the data checks whose findings are ignored.
     #[pyo3(signature = (data, *, accept))]
     fn fit(&self, py: Python<'_>, data: &Source, accept: Vec<String>) -> PyResult<(Model, String)> {
         let accept = accepted(&accept).map_err(|e| raised(py, &e))?.into_iter().collect();
@@ -79,8 +79,8 @@ impl Model {
         Ok((Model { subject: Subject::Equations(Box::new(fitted)), path: None }, json))
     }
 
-    /// Simulates trajectories; returns the values `[trajectory, sample, time, column]`, the first three
-    /// sizes, and the column names.
+    /// Simulates trajectories. Returns the values `[trajectory, sample, time, column]`, the first three sizes
+    /// of that array, and the column names.
     fn simulate<'py>(
         &self,
         py: Python<'py>,

@@ -4,11 +4,11 @@ use pyo3::buffer::{Element, PyBuffer};
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 
-/// Values of a contiguous array of any shape, in row-major order.
+/// Values of a contiguous numeric array of any shape, in row-major order.
 pub struct Numbers(Vec<f64>);
 
 impl Numbers {
-    /// Returns the values.
+    /// Returns the values in row-major order.
     pub fn into_vec(self) -> Vec<f64> {
         self.0
     }
@@ -23,9 +23,9 @@ impl<'py> FromPyObject<'_, 'py> for Numbers {
     }
 }
 
-/// A number that can be written as bytes.
+/// Type of number that can be written as bytes.
 pub trait Bytes: Copy + Element {
-    /// Writes the number in native byte order.
+    /// Writes the number to `to` in native byte order.
     fn put(self, to: &mut [u8]);
 }
 
@@ -41,7 +41,7 @@ impl Bytes for f32 {
     }
 }
 
-/// Copies values into a `bytearray` for `numpy.frombuffer`.
+/// Copies values into a new `bytearray`, from which Python makes an array by `numpy.frombuffer`.
 pub fn memory<'py, T: Bytes>(py: Python<'py>, values: &[T]) -> PyResult<Bound<'py, PyByteArray>> {
     let size = size_of::<T>();
     PyByteArray::new_with(py, size_of_val(values), |bytes| {

@@ -20,13 +20,13 @@ use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Name of the ball of the experiment of the paper, in place of a model.
+/// Name that selects, in place of a model, the PyBullet ball of the experiment in Ajay et al.
 const PYBULLET_BALL: &str = "pybullet-ball";
 
-/// Number of iterations between two progress reports.
+/// Number of training iterations between two progress reports.
 const PROGRESS_INTERVAL: u64 = 10;
 
-/// A trained network.
+/// Python class of a trained network.
 #[pyclass(frozen, module = "augsim._augsim")]
 pub struct Run {
     config: Option<Config>,
@@ -35,7 +35,7 @@ pub struct Run {
     notes: Vec<String>,
 }
 
-/// Reports the progress of a training, and stops it if the caller was interrupted.
+/// Reports the progress of a training to the caller, and stops it if the caller was interrupted.
 struct ProgressReporter<'a, T> {
     line: &'a Line<T>,
     total: u64,
@@ -61,7 +61,7 @@ impl<T> TrainingObserver for ProgressReporter<'_, T> {
     fn ends(&mut self) {}
 }
 
-/// The model that a network corrects.
+/// Physics model whose errors a network corrects: a model object or a path.
 #[derive(FromPyObject)]
 pub enum Corrects {
     Model(Py<Model>),
@@ -82,7 +82,7 @@ impl Corrects {
     }
 }
 
-/// Trains a network.
+/// Trains a network on trajectories.
 #[pyfunction]
 #[pyo3(signature = (data, *, recipe, residual_of, iterations, seed, accept, progress))]
 #[expect(clippy::too_many_arguments, reason = "all but one are keywords of Python")]
@@ -127,10 +127,10 @@ fn parse_recipe(recipe: &str) -> anyhow::Result<Recipe> {
     })
 }
 
-/// Number of samples that are transposed together: one cache line of the source.
+/// Number of samples that are transposed together: one cache line of the source array.
 const TRANSPOSE_BLOCK: usize = 16;
 
-/// Writes an array `[row, sample]` as the bytes of `[sample, row]`.
+/// Writes the array `from` `[row, sample]` to `to` as the bytes of its transpose `[sample, row]`.
 fn transpose(from: &[f32], samples: usize, to: &mut [u8]) {
     const SIZE: usize = size_of::<f32>();
     let rows = from.len() / samples.max(1);
@@ -144,7 +144,7 @@ fn transpose(from: &[f32], samples: usize, to: &mut [u8]) {
     }
 }
 
-/// Reads the run directory of `augsim train`.
+/// Reads a trained network from the run directory of `augsim train`.
 #[pyfunction]
 pub fn read_run(py: Python<'_>, folder: PathBuf) -> PyResult<Run> {
     unlocked(py, || {
@@ -156,21 +156,22 @@ pub fn read_run(py: Python<'_>, folder: PathBuf) -> PyResult<Run> {
 
 #[pymethods]
 impl Run {
-    /// Returns the state columns and the action columns.
+    /// Returns the names of the state columns and of the action columns.
     fn columns(&self) -> (Vec<String>, Vec<String>) {
         let engine = &self.model.state().settings.engine;
         let owned = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect();
         (owned(engine.columns()), owned(engine.action_columns()))
     }
 
-    /// Returns the recipe label, iterations, seed, and number of parameters.
+    /// Returns the label of the recipe, the number of iterations, the seed, and the number of network
+    /// parameters.
     fn settings(&self) -> (String, u64, u64, usize) {
         let state = self.model.state();
         let settings = &state.settings;
         (settings.recipe.label().to_owned(), state.iteration, settings.seed, state.params.len())
     }
 
-    /// Writes a run directory as `augsim train` does, without the losses.
+    /// Writes the network as a run directory like that of `augsim train`, but without the training losses.
     fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
         unlocked(py, || {
             let config = self.config.as_ref();
@@ -186,7 +187,7 @@ impl Run {
         })
     }
 
-    /// Forecasts each trajectory from its first state: mean, median and bands.
+    /// Forecasts each trajectory of `data` from its first state: mean, median and bands.
     fn predict(&self, py: Python<'_>, data: &Source, samples: usize) -> PyResult<Data> {
         let (model, data) = (Arc::clone(&self.model), data.from.clone());
         let set = background::run(py, None, move |_| {
@@ -196,8 +197,9 @@ impl Run {
         Data::from_dataset(py, set)
     }
 
-    /// Draws samples `[trajectory, sample, time, state]` for `shape` trajectories and times, from first
-    /// states `[trajectory, S]` with actions `[trajectory or 1, time, A]`.
+    /// Draws random forecasts `[trajectory, sample, time, state]` from the network. `shape` is the number of
+    /// trajectories and of times. `start` holds the first states `[trajectory, S]` with S state columns,
+    /// `actions` the actions `[trajectory or 1, time, A]` with A action columns.
     #[expect(clippy::too_many_arguments, reason = "the package hands its arguments on")]
     fn sample<'py>(
         &self,

@@ -9,13 +9,14 @@ use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 use std::path::PathBuf;
 
-/// Source of trajectories.
+/// Source of trajectories: a file, a folder or the columns of a table.
 #[pyclass(frozen, module = "augsim._augsim")]
 pub struct Source {
     pub from: DataFrom,
 }
 
-/// A column of a table. The Python package has checked that it is one-dimensional and contiguous.
+/// Values of one column of a table. The Python package has checked that the column is one-dimensional and
+/// contiguous.
 #[derive(FromPyObject)]
 enum Column {
     Text(Vec<String>),
@@ -24,13 +25,13 @@ enum Column {
 
 #[pymethods]
 impl Source {
-    /// Makes a source from a file or folder.
+    /// Creates a source from the path of a file or folder.
     #[staticmethod]
     fn file(path: PathBuf) -> Self {
         Source { from: DataFrom::File(path) }
     }
 
-    /// Makes a source from named columns; NaN is a missing value.
+    /// Creates a source from named columns; NaN is a missing value.
     #[staticmethod]
     fn columns(py: Python<'_>, name: String, columns: Vec<(String, Column)>) -> PyResult<Self> {
         let owned = columns
@@ -47,20 +48,20 @@ impl Source {
         Ok(Source { from: DataFrom::Table { name, csv: csv.into() } })
     }
 
-    /// Returns the name of the source for messages.
+    /// Returns the name of the data source, as messages give it.
     fn name(&self) -> String {
         self.from.to_string()
     }
 }
 
-/// Trajectories in memory.
+/// Trajectories that were read into memory, with their source.
 #[pyclass(frozen, module = "augsim._augsim")]
 pub struct Data {
     pub source: Py<Source>,
     set: Dataset,
 }
 
-/// Reads trajectories; column names end in their unit.
+/// Reads the trajectories of a source. The names of its columns end in their units.
 #[pyfunction]
 pub fn read(py: Python<'_>, source: Py<Source>) -> PyResult<Data> {
     let from = source.get().from.clone();
@@ -69,7 +70,7 @@ pub fn read(py: Python<'_>, source: Py<Source>) -> PyResult<Data> {
 }
 
 impl Data {
-    /// Wraps generated trajectories as if they were read from a table.
+    /// Wraps generated trajectories as data that were read from a table.
     pub fn from_dataset(py: Python<'_>, set: Dataset) -> PyResult<Self> {
         let csv = unlocked(py, || table::csv(&table::long(&set)))?;
         let from = DataFrom::Table { name: "table".to_owned(), csv: csv.into() };
@@ -79,23 +80,23 @@ impl Data {
 
 #[pymethods]
 impl Data {
-    /// Returns the source of the data.
+    /// Returns the source from which the data were read.
     fn source(&self, py: Python<'_>) -> Py<Source> {
         self.source.clone_ref(py)
     }
 
-    /// Returns the column names and the symbols of their units.
+    /// Returns the name and the unit symbol of each column.
     fn columns(&self) -> Vec<(String, String)> {
         self.set.columns().iter().map(|c| (c.name().to_owned(), c.unit().symbol())).collect()
     }
 
-    /// Returns the identifier, group and number of samples of each trajectory.
+    /// Returns the identifier, group (`None` without groups) and number of samples of each trajectory.
     fn trajectories(&self) -> Vec<(String, Option<String>, usize)> {
         let each = |t: &Trajectory| (t.id().to_owned(), t.group().map(str::to_owned), t.len());
         self.set.trajectories().iter().map(each).collect()
     }
 
-    /// Returns the times (`t_s`) or a column, concatenated over all trajectories.
+    /// Returns the times (name `t_s`) or the values of a column, concatenated over all trajectories.
     fn series<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyByteArray>> {
         let all = self.set.trajectories().iter();
         let values: Vec<f64> = if name == augsim_data::TIME {
@@ -108,10 +109,9 @@ impl Data {
     }
 }
 
-/// Parses the names of data checks to ignore.
+/// Parses the names of the data checks whose findings are ignored.
 ///
-/// # Errors
-/// A name is not that of a check.
+/// A name that is not that of a data check.
 pub fn accepted(names: &[String]) -> anyhow::Result<Vec<augsim_data::checks::Check>> {
     use augsim_data::checks::Check;
     let check = |name: &String| {

@@ -7,11 +7,12 @@ use pyo3::buffer::PyBuffer;
 use pyo3::prelude::*;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// A trained network that forecasts step by step.
+/// Python class of a trained network that forecasts step by step.
 #[pyclass(module = "augsim._augsim")]
 pub struct Stepper {
     inner: augsim_trainer::Stepper,
-    /// Arrays `[S]` of the caller: current state, mean and standard deviation of the next state.
+    /// Arrays `[S]` of the caller, S the number of states: current state, and mean and standard deviation of
+    /// the next state.
     state: PyBuffer<f64>,
     mean: PyBuffer<f64>,
     sd: PyBuffer<f64>,
@@ -19,7 +20,7 @@ pub struct Stepper {
 }
 
 impl Stepper {
-    /// Runs `work` and converts panics. Steps are too short to release the GIL.
+    /// Runs `work` and converts its errors and panics to exceptions. Steps are too short to release the GIL.
     fn guarded(
         &mut self,
         py: Python<'_>,
@@ -35,8 +36,8 @@ impl Stepper {
 
 #[pymethods]
 impl Stepper {
-    /// Makes a stepper of a run with arrays `[S]` for the state, and for the mean and standard deviation
-    /// of the next state.
+    /// Creates a stepper of a trained network, with arrays `[S]` of its S states. They hold the current
+    /// state, and the mean and standard deviation of the next state.
     #[new]
     fn new(
         py: Python<'_>,
@@ -50,14 +51,14 @@ impl Stepper {
         Ok(Stepper { inner, state, mean, sd, now })
     }
 
-    /// Starts trajectory number `index` at the state in the array.
+    /// Starts a forecast of trajectory number `index` from the state in the array.
     fn begin(&mut self, py: Python<'_>, index: u64) -> PyResult<()> {
         self.state.copy_to_slice(py, &mut self.now)?;
         self.guarded(py, |s| s.inner.begin(&s.now, index).map(Ok))
     }
 
-    /// Forecasts one step, from the state in the array if `from_state`, otherwise from the latest given
-    /// state.
+    /// Forecasts one step, from the state in the array if `from_state` is true, else from the last state
+    /// given.
     fn step(&mut self, py: Python<'_>, from_state: bool) -> PyResult<()> {
         if from_state {
             self.state.copy_to_slice(py, &mut self.now)?;

@@ -106,13 +106,13 @@ mod tests {
 
     const REPETITIONS: u64 = 600;
 
-    /// Clusters of a toy with its windows in a row, cut into `blocks` blocks.
+    /// Clusters of the linear test model, whose windows follow one another and are cut into `blocks` blocks.
     fn clusters(toy: &Toy, fit: &ToyFit, blocks: usize) -> Clusters {
         let rows = Rows::of_linear_windows(&toy.rows(&fit.theta, blocks));
         Evidence::new(&rows, &Blocks::without_samples(blocks), &[false; 2], &[0.0; 2]).clusters()
     }
 
-    /// Share of the intervals of two parameters that contain the truth, 0.
+    /// Share of the 95 % intervals of two parameters that contain their true value, 0, over all repetitions.
     fn coverage(windows: usize, misfit: f64, blocks: usize) -> f64 {
         let inside = (0..REPETITIONS).map(|seed| {
             let toy = Toy::draw(windows, seed, misfit, 2);

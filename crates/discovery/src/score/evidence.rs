@@ -252,8 +252,8 @@ mod tests {
 
     type Row = (Vec<f64>, f64, u16);
 
-    /// Rows with unit noise and zero parameters, in blocks whose residuals share a part of standard
-    /// deviation `common`.
+    /// Draws rows with noise of standard deviation 1 and true parameters 0. The residuals of each block share a
+    /// random part of standard deviation `common`.
     fn draw(seed: u64, common: f64) -> Vec<Row> {
         let mut rng = random_stream(seed, "linear model", 0);
         let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
@@ -267,7 +267,7 @@ mod tests {
         rows
     }
 
-    /// Least-squares estimate from the rows of the blocks that are `used`.
+    /// Least-squares estimate of the parameters from the rows of the blocks that `used` selects.
     fn fitted(rows: &[Row], used: impl Fn(u16) -> bool) -> Vec<f64> {
         let (mut h, mut g) = (Square::zero(2), vec![0.0; 2]);
         for (x, r, _) in rows.iter().filter(|row| used(row.2)) {
@@ -322,8 +322,8 @@ mod tests {
         assert!((0.8..1.3).contains(&ratio), "{ratio}");
     }
 
-    /// Share of draws without an effect in which the second column is significant at 1 %. All blocks but
-    /// four have a tenth of its values.
+    /// Share of draws without an effect in which the second column is significant at 1 %. In all blocks but four
+    /// its values are divided by ten.
     fn false_findings(freedom: impl Fn(&Evidence) -> f64) -> f64 {
         let draws = 2000;
         let found = (0..draws).filter(|seed| {
@@ -342,8 +342,8 @@ mod tests {
         assert!(effective < 0.015 && nominal > 0.02, "{effective} {nominal}");
     }
 
-    /// Whether one window over all blocks makes them dependent, with this number of independent residuals
-    /// per block.
+    /// Whether one window over all blocks makes the blocks dependent, with `in_a_block` independent residuals in
+    /// each block.
     fn shares(in_a_block: f64) -> bool {
         let mut found = evidence(&draw(1, 0.0));
         found.are_adjacent = true;

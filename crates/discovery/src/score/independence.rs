@@ -122,7 +122,7 @@ mod tests {
 
     const SAMPLES: usize = 40_000;
 
-    /// Second-order autoregressive noise.
+    /// Draws second-order autoregressive noise with the coefficients `a` (lag 1) and `b` (lag 2).
     fn noise(a: f64, b: f64, name: &str) -> Vec<f64> {
         let mut rng = random_stream(1, name, 0);
         let mut out = vec![0.0, 0.0];

@@ -16,7 +16,7 @@ fn drift_model(rate: &str, parameters: &str) -> String {
 
 const SLOPE: &str = "a_m_s = { nominal = 0.0, min = -10.0, max = 10.0 }";
 
-/// A pseudo-random number in [-0.5, 0.5).
+/// Returns a pseudo-random number in [-0.5, 0.5) that depends only on `k`.
 fn pseudo_random(k: usize) -> f64 {
     let x = (k as f64 * 12.9898 + 4.1).sin() * 43758.5453;
     x - x.floor() - 0.5
@@ -29,7 +29,7 @@ fn record(y: impl Fn(f64, usize) -> f64) -> Record {
     Record { id: "1".into(), times, values: vec![values], ..Record::default() }
 }
 
-/// Calibrates on windows of 2 s, which grow to at most `longest_s`.
+/// Calibrates a model on windows of 2 s, which grow to at most `longest_s` seconds.
 fn calibrate_drift(text: &str, record: &Record, longest_s: Option<f64>) -> Calibration {
     let model = model::parse(text, "drift.toml").unwrap_or_else(|e| panic!("{e}"));
     let system = EquationSystem::declared_only(&model).expect("a system").with_windows(Some(2.0));
@@ -90,7 +90,7 @@ fn parameters_that_act_only_as_a_product_are_a_gauge() {
     assert!(calibrate_drift(&drift_model("a_m_s", SLOPE), &record(|t, _| t), None).gauges.is_empty());
 }
 
-/// A free oscillation, by its closed form, with noise of 2 mm.
+/// Record of a free oscillation, computed from its closed form, with noise of 2 mm.
 fn free_oscillation() -> Record {
     let times: Vec<f64> = (0..400).map(|k| 0.01 * f64::from(k)).collect();
     let exact = |t: f64| 0.2 * (-0.45 * t).exp() * (8.5 * t).cos();
@@ -118,7 +118,8 @@ fn a_gauge_names_every_parameter_that_it_moves() {
     assert!((value - 0.9).abs() < 3.0 * error && error < 0.05, "{value} +- {error}");
 }
 
-/// A bead between a block and a room, simulated with small Euler steps; bead and block begin equal.
+/// Record of a bead's temperature between a block and a room, simulated with small Euler steps. Bead and
+/// block begin at the same temperature.
 fn bead() -> Record {
     let (mut bead, mut block, mut values) = (2.0, 2.0, Vec::new());
     for k in 0..160 {

@@ -14,7 +14,7 @@ const MODEL: &str = "scenario = \"system\"\n[states]\nx_m = { start = \"y_m\" }\
 const STEP_S: f64 = 0.02;
 const SAMPLES: usize = 2000;
 
-/// A number of an approximate standard normal distribution: the sum of twelve pseudo-random ones.
+/// Draws from an approximate standard normal distribution: the sum of twelve pseudo-random numbers.
 fn normal(stream: usize, k: usize) -> f64 {
     let one = |j: usize| {
         let x = ((stream * 1_000_003 + k * 12 + j) as f64 * 12.9898 + 4.1).sin() * 43758.5453;
@@ -23,7 +23,7 @@ fn normal(stream: usize, k: usize) -> f64 {
     (0..12).map(one).sum()
 }
 
-/// An Ornstein-Uhlenbeck process with this standard deviation and correlation time in steps.
+/// Simulates an Ornstein-Uhlenbeck process with standard deviation `sd` and correlation time in steps.
 fn ornstein_uhlenbeck(stream: usize, sd: f64, correlation_steps: f64) -> Vec<f64> {
     let correlation = (-1.0 / correlation_steps).exp();
     let innovation = (1.0 - correlation * correlation).sqrt();
@@ -37,7 +37,7 @@ fn ornstein_uhlenbeck(stream: usize, sd: f64, correlation_steps: f64) -> Vec<f64
         .collect()
 }
 
-/// States of the oscillator at all samples, with these disturbances of its acceleration.
+/// Simulates the oscillator with these disturbances of its acceleration; returns its states at all samples.
 fn simulate(disturbances: &[f64]) -> Vec<[f64; 2]> {
     let mut now = [1.0, 0.0];
     let mut states = Vec::new();
@@ -77,7 +77,7 @@ fn smoothed(record: Record) -> Result<Smoothed, CalibrationError> {
     smooth(&shown, 1, &[record], &[40.0, 0.1], &system.process_noise_states(), &[None])
 }
 
-/// RMSE of the smoothed states.
+/// RMSE of the smoothed states: position, velocity.
 fn state_rmse(found: &Smoothed, states: &[[f64; 2]]) -> [f64; 2] {
     [0, 1].map(|i| {
         let squares =
@@ -131,7 +131,7 @@ fn autocorrelated_measurement_noise_is_recognised() {
     assert!((0.2..=1.2).contains(&found.correlation_time_s), "{} s", found.correlation_time_s);
 }
 
-/// A mass on a spring that rebounds from a stop.
+/// Model file of a mass on a spring that rebounds from a stop.
 const STOP: &str = "scenario = \"system\"\n[states]\nx_m = { start = \"y_m\" }\nv_m_s = { start = \"slope(y_m)\" }\n\
     [parameters]\nstiffness_per_s2 = { nominal = 40.0, frozen = true }\nstop_m = { nominal = 0.1, frozen = true }\n\
     restitution = { nominal = 0.9, frozen = true }\n\
