@@ -122,7 +122,7 @@ impl Assembler {
         Ok(())
     }
 
-    /// Checks the labels of a trajectory's first row, the number of trajectories, and that its name is new.
+    /// Checks the first row of a trajectory: its labels, that its name is new, and the number of trajectories.
     fn check_first_row(&self, line: u64, id: &str, group: Option<&str>) -> Result<(), DataError> {
         for (column, label) in [(self.id_column, Some(id)), (GROUP, group)] {
             if let Some(label) = label.filter(|label| !is_label(label)) {

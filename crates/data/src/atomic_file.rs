@@ -17,13 +17,13 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use thiserror::Error;
 
-/// Temporary files that this process is writing.
+/// Paths of the temporary files that this process is writing.
 ///
 /// A temporary file is created and listed here, and renamed and removed from the list, under the lock, so the
 /// list is complete whenever the lock is held.
 static IN_FLIGHT: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
-/// Age above which a temporary file is abandoned even if its process id exists, because ids are reused.
+/// Age above which a temporary file counts as abandoned even if its process id exists; ids are reused.
 const MAX_TEMPORARY_AGE: Duration = Duration::from_secs(24 * 3600);
 
 /// Step of [`atomic_write`] that failed.
@@ -64,7 +64,7 @@ pub struct AtomicWriteError {
     pub path: PathBuf,
     /// Step of the write that failed.
     pub step: WriteStep,
-    /// Error of the system or of the closure that writes the content.
+    /// Error of the operating system or of the closure that writes the content.
     pub cause: io::Error,
 }
 
@@ -148,7 +148,7 @@ pub fn remove_stale_temporaries(folder: &Path, is_target: impl Fn(&str) -> bool)
     }
 }
 
-/// Target name and process id in the name of a temporary file; `None` for any other name.
+/// Parses the name of a temporary file into target name and process id; `None` for any other name.
 fn target_and_process(name: &str) -> Option<(&str, u32)> {
     let middle = name.strip_prefix('.')?.strip_suffix(".tmp")?;
     let (target, numbers) = middle.rsplit_once('.')?;

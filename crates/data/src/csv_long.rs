@@ -24,7 +24,7 @@ use std::path::Path;
 const LAYOUT: &str = "the long form is comma-separated and starts with \
                       `trajectory,t_s,` followed by columns that end in their unit";
 
-/// How an empty cell in a column of measured values is read.
+/// Decides whether an empty cell in a column of measured values is an error or a gap.
 ///
 /// Only an empty cell is a gap: the words NaN, null or NA are errors in both cases. Trajectory, time and
 /// group must never be missing.
@@ -37,7 +37,7 @@ pub enum MissingCells {
     AsGap,
 }
 
-/// Reads a data set in long form.
+/// Reads a data set from CSV in long form (one row per sample), plain or gzip.
 ///
 /// # Errors
 /// Any of the reader's [`DataError`]s, with file, line, column and remedy.
@@ -124,7 +124,7 @@ pub fn write_csv(dataset: &Dataset, path: &Path) -> Result<(), DataError> {
     Ok(())
 }
 
-/// CSV text of a data set in the long form.
+/// Writes a data set as CSV text in the long form.
 pub(crate) fn csv_text(dataset: &Dataset) -> Vec<u8> {
     let mut out = Vec::new();
     // Writing to a vector cannot fail.

@@ -103,7 +103,7 @@ impl NamedCsv {
         self.files.first().map_or(&[], |file| file.source.header())
     }
 
-    /// Whether the column of a quantity called `name` is in the file, in any unit that converts to `unit`.
+    /// Whether the file has a column of the quantity `name`, in any unit that converts to `unit`.
     ///
     /// For a folder its first file is searched.
     pub fn has_column(&self, name: &str, unit: Option<Unit>) -> bool {

@@ -9,7 +9,7 @@ use std::io::{self, Cursor};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Rows of a CSV file with their line numbers; spaces around cells are removed.
+/// Reader of the rows of a CSV file, with their line numbers; spaces around cells are removed.
 ///
 /// The whole content is in memory, as the data set will be. Line numbers are counted from the content,
 /// because the parser skips blank lines without counting them in the position of a record.
@@ -209,7 +209,7 @@ impl CsvSource {
         }
     }
 
-    /// The error for an empty cell in the current row.
+    /// Creates the error for an empty cell in the current row.
     pub(crate) fn empty_cell(&self, cell: usize, remedy: &'static str) -> DataError {
         DataError::EmptyCell {
             path: self.path.clone(),

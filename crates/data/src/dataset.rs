@@ -7,7 +7,7 @@ use crate::trajectory::Trajectory;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// Trajectories with the same columns; their lengths and sample times may differ.
+/// Data set: trajectories with the same columns; their lengths and sample times may differ.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dataset {
     columns: Vec<Column>,
@@ -67,7 +67,7 @@ impl Dataset {
         &self.columns
     }
 
-    /// Trajectories, in file order.
+    /// Trajectories of the data set, in file order.
     pub fn trajectories(&self) -> &[Trajectory] {
         &self.trajectories
     }
@@ -129,7 +129,7 @@ impl Dataset {
         self.columns.iter().any(|c| c.name() == name)
     }
 
-    /// Samples of the column `name`, one slice for each trajectory.
+    /// Values of the column `name`, one slice for each trajectory.
     ///
     /// ```
     /// use augsim_data::{Dataset, Trajectory};

@@ -99,7 +99,7 @@ pub fn unreadable_text(cause: &std::io::Error) -> String {
     }
 }
 
-/// Message text on one line, with control characters escaped.
+/// Prepares a message text: on one line, with control characters escaped.
 fn shown_text(text: &str) -> String {
     escape_control_characters(text).replace('\n', " ")
 }
@@ -147,7 +147,7 @@ pub enum DataError {
         path: PathBuf,
         /// Number of the first line that could not be read.
         line: u64,
-        /// Error of the decoder.
+        /// Error of the gzip decoder.
         cause: std::io::Error,
     },
     /// Bytes of another kind follow the end of the gzip stream.
@@ -185,7 +185,7 @@ pub enum DataError {
     NotRecognised {
         /// Path of the data file.
         path: PathBuf,
-        /// Property that could not be inferred, with the remedy.
+        /// Property of the layout that could not be inferred, with the remedy.
         reason: Unrecognised,
     },
     /// The file has no bytes, or only blank lines.
@@ -252,13 +252,13 @@ pub enum DataError {
         path: PathBuf,
         /// Number of the faulty line, from 1.
         line: u64,
-        /// Number of cells in the row.
+        /// Number of cells in the faulty row.
         found: usize,
         /// Number of cells in the header.
         expected: usize,
         /// First header name, which helps to find the shift of the row.
         first_column: String,
-        /// Remedy, which depends on the cells.
+        /// What to do about the row, which depends on its cells.
         remedy: RowRemedy,
     },
     /// The bytes are not UTF-8 text.
@@ -268,7 +268,7 @@ pub enum DataError {
         path: PathBuf,
         /// Number of the faulty line, from 1.
         line: u64,
-        /// Column, by name or (in the header) by number.
+        /// Column of the cell: its name or, in the header, its number.
         column: String,
     },
     /// A cell is not a finite number.
@@ -295,7 +295,9 @@ pub enum DataError {
         line: u64,
         /// Name of the column of the empty cell.
         column: String,
-        /// Remedy, which depends on the column: only measured values may have gaps, and only on request.
+        /// What to do about the empty cell, which depends on the column.
+        ///
+        /// Only measured values may have gaps, and only on request.
         remedy: &'static str,
     },
     /// The time does not increase within a trajectory of a file.

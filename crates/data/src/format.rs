@@ -76,7 +76,7 @@ impl From<DataError> for Refused {
     }
 }
 
-/// Reads a file in the ball layout or in the long form, without inferring anything.
+/// Reads a file in the ball layout (`traj,step,t,height,velocity`) or in long form, without inferences.
 fn read_strictly(path: &Path, bytes: Vec<u8>, missing: MissingCells) -> Result<Dataset, Refused> {
     let source = CsvSource::from_bytes(path, bytes)?;
     if source.header() == ["traj", "step", "t", "height", "velocity"] {
@@ -86,7 +86,7 @@ fn read_strictly(path: &Path, bytes: Vec<u8>, missing: MissingCells) -> Result<D
     read_long(source, missing).map_err(|cause| Refused { cause, is_long_form })
 }
 
-/// Whether a file with this error in the long form may be in another layout that can be inferred.
+/// Whether a file that gives this error when read in long form may be in another layout that can be inferred.
 fn may_be_other_layout(cause: &DataError) -> bool {
     matches!(
         cause,

@@ -34,7 +34,7 @@ pub struct FrameClock {
 }
 
 impl FrameClock {
-    /// Estimates the common frame clock of all trajectories; `None` where the jitter is too large.
+    /// Estimates the common frame clock of all trajectories; `None` if the jitter is too large for it.
     ///
     /// ```
     /// use augsim_data::{Dataset, FrameClock, Trajectory};
@@ -63,7 +63,7 @@ impl FrameClock {
         (clock.jitter_s < MAX_JITTER * period_s).then_some(clock)
     }
 
-    /// Replaces the time stamps by whole frames from the first sample of each trajectory.
+    /// Replaces the time stamps by frame times, counted from the first sample of each trajectory.
     ///
     /// Of several samples in one frame the first is kept.
     ///

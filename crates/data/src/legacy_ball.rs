@@ -14,7 +14,7 @@ use std::path::Path;
 
 const LAYOUT: &str = "the ball layout is `traj,step,t,height,velocity`";
 
-/// Reads a file in the ball layout as columns `height_m` and `velocity_m_s`.
+/// Reads a file with the header `traj,step,t,height,velocity` as columns `height_m` and `velocity_m_s`.
 ///
 /// # Errors
 /// A [`DataError`] with file, line, column and remedy.

@@ -32,7 +32,7 @@ pub enum Limit {
     Parameters,
 }
 
-/// Error for a quantity above its limit; the message says which limit and what to do.
+/// Error: a quantity exceeds its limit; the message says which limit and what to do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error("{} (the limit is {allowed}; set {}{} to allow more)", limit.message(), PREFIX, limit.name())]
 pub struct LimitExceeded {
@@ -42,7 +42,7 @@ pub struct LimitExceeded {
     pub allowed: u64,
 }
 
-/// An environment variable `AUGSIM_LIMIT_…` that cannot be used.
+/// Error: an environment variable `AUGSIM_LIMIT_…` cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum LimitSettingError {
     /// The name of the variable is that of no limit.
@@ -59,13 +59,13 @@ pub enum LimitSettingError {
     Value {
         /// Name of the environment variable.
         variable: String,
-        /// Value of the variable.
+        /// Value of the environment variable.
         value: String,
     },
 }
 
 impl Limit {
-    /// All limits.
+    /// All quantities that have a limit.
     pub const ALL: [Limit; 9] = [
         Limit::Bytes,
         Limit::TextBytes,
@@ -183,7 +183,7 @@ impl Limit {
     }
 }
 
-/// Parses a whole number of at least 1; `1e6` is accepted too.
+/// Parses a whole number of at least 1, also as `1e6`; `None` for other texts.
 fn parse_whole_number(text: &OsStr) -> Option<u64> {
     let text = text.to_str()?;
     let value = text.parse::<u64>().ok().or_else(|| {

@@ -28,14 +28,14 @@ impl ColumnScale {
     }
 }
 
-/// Scales of a list of columns, fitted on training data only and stored with the model.
+/// Means and standard deviations of a list of columns, fitted on training data and stored with the model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Normaliser {
     scales: Vec<ColumnScale>,
 }
 
 impl Normaliser {
-    /// Fits the scale of each of `columns` to all measured samples of `train`.
+    /// Fits mean and standard deviation of each of `columns` to all measured samples of `train`.
     ///
     /// ```
     /// use augsim_data::{Dataset, Normaliser, Trajectory};
@@ -54,17 +54,17 @@ impl Normaliser {
         Ok(Normaliser { scales })
     }
 
-    /// Scales in the order of the fitted columns.
+    /// Mean and standard deviation of each column, in the order of the fitted columns.
     pub fn scales(&self) -> &[ColumnScale] {
         &self.scales
     }
 
-    /// Scale of the column `name`; `None` where it was not fitted.
+    /// Mean and standard deviation of the column `name`; `None` where it was not fitted.
     pub fn scale(&self, name: &str) -> Option<&ColumnScale> {
         self.scales.iter().find(|scale| scale.column == name)
     }
 
-    /// Scaled samples of trajectory `index`: one vector for each fitted column, in fitted order.
+    /// Scales the samples of trajectory `index`: returns one vector for each fitted column, in fitted order.
     ///
     /// # Errors
     /// The data set lacks one of the columns.

@@ -32,7 +32,7 @@ pub fn random_stream(seed: u64, purpose: &str, index: u64) -> Xoshiro256PlusPlus
     Xoshiro256PlusPlus::from_seed(bytes)
 }
 
-/// Finaliser of SplitMix64 (Steele, Lea and Flood 2014).
+/// Mixes the bits of a 64-bit integer: the finaliser of SplitMix64 (Steele, Lea and Flood 2014).
 ///
 /// It is a bijection in which every input bit affects every output bit.
 fn mix(mut z: u64) -> u64 {

@@ -19,7 +19,7 @@ const GAP_FACTOR: f64 = 1.5;
 /// Summary of a data set in a few figures: lengths, sampling, columns.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
-    /// File name, or "data set in memory".
+    /// Origin of the data set: file name, or "data set in memory".
     pub source: String,
     /// Number of trajectories of the data set.
     pub trajectories: usize,
@@ -53,13 +53,13 @@ pub struct LengthSummary {
 /// Sampling intervals and durations of the trajectories of a data set.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SamplingSummary {
-    /// Median over all intervals between neighbouring samples, s.
+    /// Median interval between neighbouring samples over all trajectories, s.
     pub median_interval_s: f64,
     /// Median sample rate, Hz: the reciprocal of the median interval.
     pub median_rate_hz: f64,
-    /// Whether every interval is within 1 % of the median of its trajectory.
+    /// Whether every sampling interval is within 1 % of the median of its trajectory.
     pub regular: bool,
-    /// Number of intervals longer than 1.5 times the median of their trajectory.
+    /// Number of sampling intervals longer than 1.5 times the median of their trajectory.
     pub gaps: usize,
     /// Longest interval between samples, s.
     pub longest_interval_s: f64,

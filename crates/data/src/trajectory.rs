@@ -56,7 +56,7 @@ impl Trajectory {
         Ok(Trajectory { id, group: None, time_s, values })
     }
 
-    /// Sets the group label (such as the ball or the surface).
+    /// Sets the group label of the trajectory (such as the ball or the surface).
     ///
     /// # Errors
     /// The label would not survive writing and reading back.
@@ -102,7 +102,7 @@ impl Trajectory {
         &self.values
     }
 
-    /// Samples of the column with index `column`.
+    /// Values of the column with the index `column`.
     ///
     /// [`Dataset::column_index`](crate::Dataset::column_index) gives the index.
     ///

@@ -15,7 +15,7 @@ use std::path::Path;
 const STANDARD_INPUT: &str = "-";
 const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
 
-/// Reads all bytes of `path`; `-` is standard input.
+/// Reads all bytes of the file `path`; `-` is standard input.
 pub(crate) fn read_whole(path: &Path) -> Result<Vec<u8>, DataError> {
     let bytes = match path == Path::new(STANDARD_INPUT) {
         true => read_within(io::stdin().lock(), Limit::Bytes),

@@ -48,7 +48,7 @@ struct Parameter {
     /// It is empty for a linear coefficient, whose initial value is the estimate of its test.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     grid: Vec<f64>,
-    /// Name of the quantity that scales the values of `grid`.
+    /// Name of the quantity of which the values of `grid` are multiples; `None` if they are in `unit`.
     #[serde(skip_serializing_if = "Option::is_none")]
     grid_of: Option<String>,
 }

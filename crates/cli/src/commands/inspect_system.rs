@@ -41,7 +41,7 @@ struct ColumnSummary {
 
 /// Minimum number of samples at the smallest or largest value that indicates a limit of the sensor.
 const MIN_SAMPLES_AT_LIMIT: usize = 5;
-/// Maximum number of values that are searched for a quantisation step.
+/// Maximum number of values of a column that are searched for a quantisation step.
 const MAX_QUANTISATION_VALUES: usize = 20_000;
 
 /// Reads data with a model of equations, summarises each column and runs all checks.

@@ -33,7 +33,7 @@ impl OwnData {
         Some(Self { held_out: held_out.into_iter().collect() })
     }
 
-    /// Warning that errors on these data are not errors on new data.
+    /// Warning that the model was fitted to the given data, so that its errors on new data are larger.
     pub fn sentence(&self, command: &str) -> String {
         match self.held_out.len() {
             0 => {

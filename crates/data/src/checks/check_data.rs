@@ -29,7 +29,7 @@ impl FromIterator<Check> for AcceptedChecks {
     }
 }
 
-/// A finding that does not prevent the use of the data set.
+/// Warning about a suspicious property that does not prevent the use of the data set.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Warning {
     /// Check that led to the warning.

@@ -6,7 +6,7 @@ use crate::dataset::Dataset;
 
 /// Maximum declared noise relative to the typical span of a column; with more, no motion would be visible.
 const MAX_SPAN_SHARE: f64 = 0.1;
-/// Maximum declared noise relative to the noise of the data.
+/// Maximum ratio of the declared noise to the noise of the data.
 ///
 /// Above this ratio the discovery treats the declared noise as a tolerance (the constant `TOLERANCE` there).
 const MAX_NOISE_RATIO: f64 = 20.0;

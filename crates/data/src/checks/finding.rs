@@ -38,7 +38,7 @@ pub enum Finding {
         /// Value that is too large, in the unit of the column.
         value: f64,
     },
-    /// A value stands for "not measured".
+    /// A value far outside the range of all others, such as 9999, stands for "not measured".
     #[error(
         "trajectory `{trajectory}`, t_s = {time_s} s: column `{column}` holds {}, as in {count} sample(s) of the set: \
          an outlier far from all other values ({} to {}), which probably stands for `not measured`; leave cells empty \
@@ -59,7 +59,7 @@ pub enum Finding {
         /// Smallest and largest of all other values of the column.
         others: [f64; 2],
     },
-    /// A column that describes a motion is constant.
+    /// A position, an angle or a velocity is constant.
     #[error(
         "the column `{column}` never changes: it holds {} in all {samples} samples, so it was not measured; export it \
          again, or remove it", digits(*value)
@@ -164,29 +164,29 @@ pub enum Finding {
         /// Share of the pushes in which the object moves further than the rod, per cent.
         share: usize,
     },
-    /// Two outputs of the model are one signal.
+    /// Two columns that the model reads as outputs hold the same signal.
     #[error(
         "columns `{}` and `{}`, both outputs of the model, hold the same numbers in all {samples} samples: one signal was \
          written twice; export the wrong one again, or remove it from the model", columns[0], columns[1]
     )]
     DuplicateOutput {
-        /// Names of the two columns.
+        /// Names of the two columns that hold the same signal.
         columns: [String; 2],
         /// Number of samples at which both columns have a value.
         samples: usize,
     },
-    /// Two inputs of the model are one signal.
+    /// Two columns that the model reads as inputs hold the same signal.
     #[error(
         "columns `{}` and `{}`, both inputs of the model, hold the same numbers in all {samples} samples, so their \
          effects cannot be distinguished; export the wrong one again, or remove one from the model", columns[0], columns[1]
     )]
     DuplicateInput {
-        /// Names of the two columns.
+        /// Names of the two columns that hold the same signal.
         columns: [String; 2],
         /// Number of samples at which both columns have a value.
         samples: usize,
     },
-    /// An input and an output of the model are one signal.
+    /// A column of an input and a column of an output of the model hold the same signal.
     #[error(
         "column `{input}`, an input of the model, holds the same numbers as its output `{output}` in all {samples} \
          samples: one signal was probably written twice; export the wrong one again, or remove it from the model"
@@ -199,18 +199,18 @@ pub enum Finding {
         /// Number of samples at which both columns have a value.
         samples: usize,
     },
-    /// Two columns are one signal, and no model states their roles.
+    /// Two columns hold the same signal, and no model states whether they are inputs or outputs.
     #[error(
         "columns `{}` and `{}` hold the same numbers in all {samples} samples: one signal was probably written twice; \
          export the wrong one again, or remove it", columns[0], columns[1]
     )]
     DuplicateColumn {
-        /// Names of the two columns.
+        /// Names of the two columns that hold the same signal.
         columns: [String; 2],
         /// Number of samples at which both columns have a value.
         samples: usize,
     },
-    /// A column is shifted by a row across the ends of trajectories.
+    /// A column is shifted by a row of the file, so that values belong to the neighbouring trajectory.
     #[error(
         "trajectory `{trajectory}`, t_s = {time_s} s: column `{column}` holds a value that continues the neighbouring \
          trajectory in the file, as in {share} % of the trajectories: the column is shifted by a row relative to the \
@@ -226,7 +226,7 @@ pub enum Finding {
         /// Share of the trajectory boundaries that show the shift, per cent.
         share: usize,
     },
-    /// A height and its velocity are shifted relative to each other.
+    /// A height column and its velocity column are shifted by rows relative to each other.
     #[error(
         "columns `{height}` and `{velocity}` are shifted by {rows} row(s) or more relative to each other: the change of \
          the height agrees with the velocity of that row and not with that of its own row; align them"
@@ -239,7 +239,7 @@ pub enum Finding {
         /// Minimum number of rows by which the columns are shifted.
         rows: u64,
     },
-    /// A velocity is not the rate of change of the height.
+    /// A velocity column is not the rate of change of the height column.
     #[error(
         "column `{velocity}` is not the rate of change of `{height}`: in {} s the height changes by {} m, but the \
          velocity integrates to {} m (means over the set); check that the two columns are not swapped and have the \
@@ -276,7 +276,7 @@ pub enum Finding {
         /// Largest absolute angle of the set, as written in the file (declared as rad).
         largest_rad: f64,
     },
-    /// A model of equations fits columns of radians only as degrees.
+    /// A model of equations fits columns of radians only if their values are taken as degrees.
     #[error(
         "column {} reaches {} rad, and the model fits short windows of the data with 1/{ratio:.0} of the residual if the values are \
          degrees: call the column {}, which is converted",
@@ -290,7 +290,7 @@ pub enum Finding {
         /// Residual of the model with the values read as radians, divided by that with degrees.
         ratio: f64,
     },
-    /// An angle jumps by a full turn.
+    /// An angle jumps by a full turn, because the sensor returns it within one turn.
     #[error(
         "trajectory `{trajectory}`, t_s = {time_s} s: column `{column}` jumps by a full turn, as at {jumps} place(s) of the \
          set, while the motion continues: the angle is wrapped; {}",
@@ -339,7 +339,7 @@ pub enum Finding {
         /// Gravity of the model, m/s², downward positive.
         expected_m_s2: f64,
     },
-    /// Another column than the height shows free fall.
+    /// Not the height column but another one shows free fall, so that the two are swapped.
     #[error(
         "column `{column}` shows no free fall, but `{falling}` falls at {} m/s²; the two columns are swapped: exchange \
          their names",

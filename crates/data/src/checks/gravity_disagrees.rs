@@ -18,7 +18,7 @@ const MAX_TRAJECTORY_RATIO: f64 = 15.0;
 ///
 /// Backspin can hold a table-tennis ball up, but does not accelerate it upwards.
 const MIN_TRAJECTORY_RATIO: f64 = -0.5;
-/// Numbers of windows that a trajectory is divided into, so that some windows have no impact.
+/// Numbers of windows into which a trajectory is divided in turn, so that some windows have no impact.
 const WINDOW_COUNTS: [usize; 5] = [1, 2, 4, 8, 16];
 /// Minimum number of samples of a window to which a parabola with three parameters is fitted.
 const MIN_WINDOW_SAMPLES: usize = 7;

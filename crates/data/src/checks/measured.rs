@@ -10,7 +10,7 @@ pub(super) const FRAMES: [&[&str]; 2] = [&["x_m", "y_m", "z_m"], &["pusher_x_m",
 
 /// Variance of a third difference of white noise of variance 1: the sum of the squares of 1, 3, 3, 1.
 const THIRD_DIFFERENCE_VARIANCE: f64 = 20.0;
-/// Median of the absolute value of a standard normal number.
+/// Median of the absolute value of a standard normal variable.
 const MEDIAN_NORMAL: f64 = 0.674_489_75;
 /// Minimum noise, relative to the largest value of a column, that counts as measurement noise.
 ///
@@ -29,13 +29,13 @@ pub(super) struct Series<'a> {
 }
 
 impl<'a> Series<'a> {
-    /// The column `name`; `None` where there is no such column.
+    /// Selects the column `name` of a data set; `None` where there is no such column.
     pub fn named(data: &'a Dataset, name: &str) -> Option<Self> {
         let column = data.columns().iter().position(|c| c.name() == name)?;
         Some(Self::of_column(data, column))
     }
 
-    /// The column with the index `column`.
+    /// Selects the column with the index `column` of a data set.
     pub fn of_column(data: &'a Dataset, column: usize) -> Self {
         let name = data.columns()[column].name();
         let stream = match name {
@@ -56,14 +56,14 @@ impl<'a> Series<'a> {
         self.data.columns()[self.column].unit().symbol().to_owned()
     }
 
-    /// Times, s, and values of the measured samples of `t`; interpolated samples are left out.
+    /// Times, s, and values of the column's measured samples in `t`; interpolated samples are left out.
     pub fn samples(&self, t: &Trajectory) -> (Vec<f64>, Vec<f64>) {
         let is_fresh = |k: usize| self.flag.is_none_or(|f| t.column(f)[k] > 0.5);
         let samples = t.time_s().iter().zip(t.column(self.column)).enumerate();
         samples.filter(|(k, (_, v))| v.is_finite() && is_fresh(*k)).map(|(_, (t, v))| (*t, *v)).unzip()
     }
 
-    /// Span of the middle 80 % of the values of `t`; `None` for fewer than two values.
+    /// Span of the middle 80 % of the column's values in `t`; `None` for fewer than two values.
     ///
     /// It is robust to outliers.
     pub fn span(&self, t: &Trajectory) -> Option<f64> {
@@ -73,12 +73,12 @@ impl<'a> Series<'a> {
         (values.len() > 1).then(|| values[values.len() - 1 - trimmed] - values[trimmed])
     }
 
-    /// Median of the spans of the trajectories; `None` where no trajectory has two values.
+    /// Median over the trajectories of the column's span; `None` where no trajectory has two values.
     pub fn typical_span(&self) -> Option<f64> {
         median(&mut self.data.trajectories().iter().filter_map(|t| self.span(t)).collect::<Vec<_>>())
     }
 
-    /// Standard deviation of white measurement noise, estimated from third differences.
+    /// Standard deviation of the column's white measurement noise, estimated from third differences.
     ///
     /// sd = median(|third difference|) / (0.674 sqrt(20)). `None` where there are too few samples, or where
     /// the third differences come from a smooth curve or from rounding instead of noise.

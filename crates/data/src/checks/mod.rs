@@ -36,7 +36,7 @@ pub use finding::{Finding, Severity};
 pub(crate) use gravity_disagrees::free_motion_acceleration;
 pub use suspicious::SuspiciousData;
 
-/// Properties of the data that a model states; `None` where it states nothing or there is no model.
+/// Properties of the data that a model declares; `None` or empty where it declares none or there is no model.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ExpectedData {
     /// Gravity of the model, m/s², downward positive.
@@ -45,11 +45,11 @@ pub struct ExpectedData {
     pub position_sd_m: Option<f64>,
     /// Declared standard deviation of the noise of measured angles, rad.
     pub angle_sd_rad: Option<f64>,
-    /// Columns that the model reads as outputs.
+    /// Names of the columns that the model reads as outputs.
     pub outputs: Vec<String>,
-    /// Columns that the model reads as inputs.
+    /// Names of the columns that the model reads as inputs.
     pub inputs: Vec<String>,
-    /// Columns of angles that the model declares as periodic.
+    /// Names of the columns of angles that the model declares as periodic.
     pub periodic: Vec<String>,
     /// Temperatures that the model declares, K.
     pub temperatures_kelvin: Vec<f64>,
@@ -94,13 +94,13 @@ impl Check {
         CHECKS.iter().map(|(check, ..)| *check)
     }
 
-    /// The check called `name`, such as `sentinel-value`.
+    /// Finds the check called `name`, such as `sentinel-value`; `None` where there is none.
     pub fn named(name: &str) -> Option<Check> {
         Check::all().find(|check| check.name() == name)
     }
 }
 
-/// Result of one check; there are no findings where the data pass.
+/// Result of one check of a data set; `findings` is empty where the data pass.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
     /// Check that was run.
@@ -111,7 +111,7 @@ pub struct Outcome {
     pub findings: Vec<Finding>,
 }
 
-/// Runs all checks on `data`; `expected` are the properties that a model states.
+/// Runs all checks on `data`; `expected` are the properties of the data that a model declares.
 pub fn run_checks(data: &Dataset, expected: &ExpectedData) -> Vec<Outcome> {
     let outcome = |&(check, looks_for, run): &(Check, &'static str, RunCheck)| Outcome {
         check,

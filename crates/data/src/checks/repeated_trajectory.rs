@@ -19,7 +19,7 @@ use crate::unit::Unit;
 const MAX_LOG_PROBABILITY: f64 = -20.7;
 /// Rounding error of single precision relative to the largest value.
 const SINGLE_PRECISION: f64 = 2e-7;
-/// Difference, relative to the span, below which two separate motions never agree sample by sample.
+/// Smallest difference of two separate motions sample by sample, relative to the span of the column.
 ///
 /// A robot repeats a motion of 0.3 m to 2e-5 m at best, and a sensor has more noise than that.
 const MIN_MOTION_DIFFERENCE: f64 = 1e-5;

@@ -5,7 +5,7 @@ use crate::source::Source;
 use std::fmt;
 use thiserror::Error;
 
-/// A data set is refused because of suspicious values.
+/// Error: a data set is refused because of suspicious values.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub struct SuspiciousData {
     /// File from which the data set was read, or code that built it.

@@ -4,7 +4,7 @@ use super::measured::Series;
 use super::{ExpectedData, Finding};
 use crate::dataset::Dataset;
 
-/// Maximum mean difference of height change and velocity integral, relative to the larger of the two.
+/// Maximum mean difference between height change and velocity integral, relative to the larger of the two.
 ///
 /// Impacts between samples and the integrator of PyBullet leave 0.06 (pybullet-ball); another unit, sign or
 /// column leaves 0.9 or more.

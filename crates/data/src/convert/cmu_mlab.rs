@@ -43,7 +43,7 @@ position_sd_m = 0.001
 angle_sd_rad = 0.005
 ";
 
-/// Reads the logs in a folder or in its `sensor_log`, or one log; `group` is surface and support.
+/// Converts the logs in a folder or in its `sensor_log`, or one log; the group is surface and support.
 pub(super) fn convert(path: &Path) -> Result<Converted, DataError> {
     let mut trajectories = Vec::new();
     for file in logs(path)? {
@@ -102,7 +102,7 @@ struct Log<'a> {
 }
 
 impl Log<'_> {
-    /// The error for a line that does not hold `expected`.
+    /// Creates the error for a line of the log that does not hold `expected`.
     fn error(&self, expected: &'static str) -> PushError {
         PushError::Log { path: self.path.to_owned(), line: self.line, expected }
     }
@@ -207,7 +207,7 @@ impl Log<'_> {
     }
 }
 
-/// Pose of the centroid from a logged pose of the corner: `x y z` in mm and a quaternion `w x y z`.
+/// Pose of the triangle's centroid from a logged pose of its corner: `x y z`, mm, and quaternion `w x y z`.
 fn centroid([x, y, _, w, i, j, k]: [f64; 7]) -> PlanarPose {
     let corner = PlanarPose { x_m: x / 1000.0, y_m: y / 1000.0, theta_rad: yaw(w, i, j, k) };
     let [x_m, y_m] = corner.point(CENTROID_M);

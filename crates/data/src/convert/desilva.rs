@@ -9,7 +9,7 @@ use std::path::Path;
 
 const LAYOUT: &str = "`drops.csv` needs the columns `ball,drop,t_s,height_m`";
 
-/// Distance below the highest point from which a drop is used, m; above, the ball may still be held.
+/// Distance below the highest point from which a drop is used, m; higher up the ball may still be held.
 const MIN_FALL_M: f64 = 1.0;
 
 /// Model file of a ball that falls under gravity alone.
@@ -25,7 +25,7 @@ gravity_m_s2 = { nominal = 9.81, frozen = true }
 kind = \"free\"
 ";
 
-/// Reads `drops.csv`: one trajectory per drop with `height_m`; `group` is the ball.
+/// Converts `drops.csv` to one trajectory per drop with the column `height_m`; the group is the ball.
 ///
 /// The velocities in the file are not read, because they are derived from the heights.
 pub(super) fn convert(folder: &Path) -> Result<Converted, DataError> {

@@ -29,7 +29,7 @@ position_sd_m = 0.0003
 angle_sd_rad = 0.002
 ";
 
-/// Reads the runs that `index.csv` lists, or a single run.
+/// Converts the runs that `index.csv` lists, or a single run.
 ///
 /// `group` is the day (`10-21`) in the file name. The logger repeats the last value; here each stream is
 /// interpolated between its fresh samples, and the times begin at 0. The offset of 10 to 20 ms between the
@@ -48,7 +48,7 @@ pub(super) fn convert(path: &Path) -> Result<Converted, DataError> {
     Ok(Converted { data, model_toml: Some(MODEL.to_owned()) })
 }
 
-/// Files of the runs that the index lists.
+/// Paths of the files of the runs that the index lists.
 fn runs(folder: &Path) -> Result<Vec<PathBuf>, DataError> {
     let index_path = folder.join("index.csv");
     let mut index = CsvSource::open(&index_path)?;

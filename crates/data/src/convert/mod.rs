@@ -15,7 +15,7 @@ use crate::dataset::Dataset;
 use crate::error::DataError;
 use std::path::Path;
 
-/// A converted data set.
+/// Published data set after its conversion, with a model file to begin with.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Converted {
     /// Trajectories of the published set, in the long form.

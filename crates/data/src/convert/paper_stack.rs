@@ -13,7 +13,7 @@ const DROPS: &str = "`drops.csv` needs the columns `series,file,frame,y_px`";
 const FRAMES_PER_S: f64 = 200.0;
 /// Gravity of the Earth, m/s².
 const GRAVITY: f64 = 9.81;
-/// Number of frames on each side of an impact that are left out.
+/// Number of video frames on each side of an impact that are left out.
 ///
 /// The ball is then in contact with the paper, which is not modelled.
 const CONTACT_FRAMES: f64 = 3.0;
@@ -34,7 +34,7 @@ kind = \"height-offset\"
 b_m = { nominal = 0.0, per = \"trajectory\" }
 ";
 
-/// A drop as the index describes it; lengths are in pixels, times in frames.
+/// Drop of a marble as the index file describes it; lengths are in pixels, times in frames.
 struct Drop {
     /// Acceleration of the ball in free flight, pixels per frame squared.
     acceleration: f64,

@@ -31,7 +31,7 @@ inertia_ratio = 0.6667
 kind = \"free\"
 ";
 
-/// Reads `index.csv` and the flights `NNN.csv` (`t;x;y;z`, no header).
+/// Converts the flights `NNN.csv` (`t;x;y;z`, no header) that `index.csv` lists, with their spins.
 ///
 /// Flights without a plausible spin or with times that do not increase are left out. A flight ends where the
 /// ball is below the surface of the table, or beside the table and low.

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// A format that is not read: its name and its conversion.
+/// File format that is not read: its name, and how to convert it to CSV.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ForeignKind {
     name: &'static str,

@@ -30,7 +30,7 @@ const TEXT_EXTENSIONS: [&str; 7] = ["csv", "tsv", "txt", "dat", "lvm", "jsonl", 
 /// Prefix of a comment line whose text is shown in the notes on a recording.
 pub(crate) const NOTE_MARK: &str = "augsim: ";
 
-/// Content of a file after unpacking and conversion.
+/// Content of a data file after unpacking and conversion.
 pub(crate) enum Content {
     /// Text of a table with any separator and decimal mark.
     Text(Vec<u8>),

@@ -17,7 +17,7 @@ pub(crate) fn is_zip(bytes: &[u8]) -> bool {
     bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06")
 }
 
-/// Names of the files in the archive, in the order of the archive.
+/// Names of the files in a zip archive, in the order of the archive.
 pub(crate) fn members(path: &Path, bytes: &[u8]) -> Result<Vec<String>, PushError> {
     let archive = open(path, bytes)?;
     let mut names = Vec::new();

@@ -32,7 +32,7 @@ pub fn read_push_trials(path: &Path) -> Result<Vec<PushTrial>, DataError> {
     check_trials(path, trials)
 }
 
-/// Checks that there are trials and that none occurs twice.
+/// Checks that there are push trials and that none occurs twice.
 fn check_trials(path: &Path, trials: Vec<PushTrial>) -> Result<Vec<PushTrial>, DataError> {
     if trials.is_empty() {
         return Err(PushError::NoPushFiles { path: path.to_owned(), expected: EXPECTED }.into());

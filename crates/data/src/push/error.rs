@@ -9,10 +9,10 @@ use thiserror::Error;
 const NAME_LAYOUT: &str = "names are `motion_surface=abs_shape=rect1_a=0_v=20_i=0.000_s=0.700_t=0.000`, with \
                            `_rep=0004` for repeats, or `block=steel_run=01`; rename the file or remove it";
 
-/// Error of reading a push file or a set of them.
+/// Error of reading a file of measured pushes or a set of such files.
 #[derive(Debug, Error)]
 pub enum PushError {
-    /// A field of the file name has an unknown value.
+    /// A field of a push file's name has an unknown value.
     #[error(
         "{}: file name: unknown {field} `{value}`; known values are {}; correct the name or remove the file",
         path.display(), known.join(", "), value = escaped_short(value))]
@@ -26,7 +26,7 @@ pub enum PushError {
         /// Known values of the field.
         known: Vec<&'static str>,
     },
-    /// The file name does not have the pattern, or a field is missing or not a number.
+    /// The name of a push file does not have the required pattern, or a field is missing or not a number.
     #[error("{}: file name: {fault}; {NAME_LAYOUT}", path.display())]
     Name {
         /// Path of the push file.
@@ -50,7 +50,7 @@ pub enum PushError {
         path: PathBuf,
         /// Name of the HDF5 data set, or `/` for the file as a whole.
         key: String,
-        /// Error of the decoder.
+        /// Error of the HDF5 decoder.
         cause: Box<hdf5_reader::error::Error>,
     },
     /// The text is not JSON, or is cut off.
@@ -74,7 +74,7 @@ pub enum PushError {
         /// Names that are in the file.
         found: Vec<String>,
     },
-    /// A stream is not a table of four columns of 64-bit floating-point numbers.
+    /// A sensor stream is not a table of four columns of 64-bit floating-point numbers.
     #[error("{}: stream `{key}` {found}; store it as rows of four numbers: time and three values", path.display())]
     Layout {
         /// Path of the push file.
@@ -111,7 +111,7 @@ pub enum PushError {
         /// Time in the faulty row, s.
         time_s: f64,
     },
-    /// A stream has fewer than two samples at different times.
+    /// A sensor stream has fewer than two samples at different times.
     #[error("{}: stream `{key}` has fewer than two samples at different times; remove the trial", path.display())]
     TooShort {
         /// Path of the push file.
@@ -131,22 +131,22 @@ pub enum PushError {
     /// A zip archive, or a member of it, cannot be unpacked.
     #[error("{}: {}the zip archive is damaged or cut off ({cause}); copy or download it again", path.display(), member_prefix(member), cause = escaped_cause(cause))]
     Zip {
-        /// Path of the archive.
+        /// Path of the zip archive.
         path: PathBuf,
         /// Name of the damaged member; `None` for the archive as a whole.
         member: Option<String>,
-        /// Error of the decoder.
+        /// Error of the zip decoder.
         cause: Box<zip::result::ZipError>,
     },
     /// The name of a member is too long or has control characters, which a message must not show.
     #[error("{}: the name of member `{}` is too long or contains control characters; rename it", path.display(), escaped_short(member))]
     MemberName {
-        /// Path of the archive.
+        /// Path of the zip archive.
         path: PathBuf,
         /// Name of the archive member.
         member: String,
     },
-    /// The same trial is in two files.
+    /// The same push trial is in two files.
     #[error(
         "{}: the same trial is also in {}; the sets are published both as HDF5 and as JSON: convert only one of them",
         second.display(), first.display()

@@ -8,7 +8,7 @@ use crate::dataset::Dataset;
 use crate::error::DataError;
 use crate::trajectory::Trajectory;
 
-/// Position and angle in the plane; also the transformation from the frame at this pose to the world.
+/// Pose in the plane (position and angle), and the transformation from the frame at this pose to the world.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PlanarPose {
     /// Position of the frame's origin along x, m.
@@ -20,25 +20,25 @@ pub struct PlanarPose {
 }
 
 impl PlanarPose {
-    /// Transforms a vector (such as a force) from this frame to the world.
+    /// Transforms a vector (such as a force) from the frame at this pose to the world.
     pub fn rotate(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (s, c) = self.theta_rad.sin_cos();
         [c * x - s * y, s * x + c * y]
     }
 
-    /// Transforms a vector from the world to this frame.
+    /// Transforms a vector from the world to the frame at this pose.
     pub fn rotate_back(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (s, c) = self.theta_rad.sin_cos();
         [c * x + s * y, c * y - s * x]
     }
 
-    /// Transforms a point (m) from this frame to the world.
+    /// Transforms a point (m) from the frame at this pose to the world.
     pub fn point(&self, point_m: [f64; 2]) -> [f64; 2] {
         let [x, y] = self.rotate(point_m);
         [self.x_m + x, self.y_m + y]
     }
 
-    /// Transforms a point (m) from the world to this frame.
+    /// Transforms a point (m) from the world to the frame at this pose.
     pub fn point_back(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         self.rotate_back([x - self.x_m, y - self.y_m])
     }

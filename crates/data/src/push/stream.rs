@@ -83,13 +83,13 @@ impl Stream {
         kept
     }
 
-    /// Subtracts `offset_s` from all times.
+    /// Subtracts `offset_s` (s) from all sample times of the stream.
     pub(crate) fn earlier(mut self, offset_s: f64) -> Stream {
         self.time_s.iter_mut().for_each(|t| *t -= offset_s);
         self
     }
 
-    /// Removes repeats of a measurement: samples equal to the one before, over at most 50 ms.
+    /// Removes samples with which the logger repeats the last measurement, over at most 50 ms.
     ///
     /// A longer sequence of equal samples is a rest and is kept.
     pub fn without_repeats(&self) -> Stream {

@@ -11,7 +11,7 @@ use crate::trajectory::Trajectory;
 use crate::whole_file::read_whole;
 use std::path::{Path, PathBuf};
 
-/// Columns of a data set of pushes with measured force on the rod.
+/// Column names of a data set of pushes with measured force on the rod.
 pub(crate) const TRIAL_COLUMNS: [&str; 10] = [
     "pusher_x_m",
     "pusher_y_m",
@@ -28,24 +28,24 @@ pub(crate) const TRIAL_COLUMNS: [&str; 10] = [
 /// One measured push: three streams with separate clocks, in the frame of the robot's base (z up).
 #[derive(Debug, Clone, PartialEq)]
 pub struct PushTrial {
-    /// File name with the settings of the push.
+    /// Parsed file name, which states the settings of the push.
     pub name: TrialName,
     /// Path of the file; for a member of an archive, the path of the archive and the name of the member.
     pub path: PathBuf,
     /// Unix time of `t = 0`, s: the first time at which all three streams are available.
     pub start_s: f64,
-    /// Centre of the rod: x, y in m, yaw of the tool in rad.
+    /// Stream of the rod: x, y of its centre in m, yaw of the tool in rad.
     pub tip: Stream,
-    /// Tracked frame of the object: x, y in m, yaw in rad, continuous.
+    /// Stream of the object's tracked frame: x, y in m, yaw in rad without jumps by full turns.
     pub object: Stream,
-    /// Wrench on the rod: force x, y in N, torque about z in N m.
+    /// Stream of the wrench on the rod: force x, y in N, torque about z in N m.
     pub wrench: Stream,
-    /// Number of poses that were removed because the motion capture confused the markers.
+    /// Number of object poses that were removed because the motion capture confused the markers.
     pub removed_poses: usize,
 }
 
 impl PushTrial {
-    /// Reads an HDF5 or JSON file, whose format is recognised from the content.
+    /// Reads a push trial from an HDF5 or JSON file, whose format is recognised from the content.
     ///
     /// The settings of the push are in the file name.
     ///
@@ -79,10 +79,11 @@ impl PushTrial {
         Ok(PushTrial { name, path: path.to_owned(), start_s, tip, object, wrench, removed_poses })
     }
 
-    /// Trajectory of the trial on the union of the three clocks, with the name of the file.
+    /// Converts the trial to a trajectory at the union of the three streams' times, named as the file.
     ///
-    /// Columns are the rod, the pose of the object's area centroid, the force on the rod, and the flags of
-    /// fresh samples. Repeats of a measurement of the rod (see [`Stream::without_repeats`]) are not fresh.
+    /// Columns are the rod, the pose of the object's area centroid, the force on the rod, and flags that are 1 at the
+    /// measured samples of each stream. Repeats of a measurement of the rod (see [`Stream::without_repeats`]) are not
+    /// flagged.
     ///
     /// # Errors
     /// [`PushError::NoCommonTime`] where the streams do not overlap in time.

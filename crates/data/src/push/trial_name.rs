@@ -17,15 +17,15 @@ macro_rules! names {
         pub enum $kind { $($(#[$variant_doc])* $variant),+ }
 
         impl $kind {
-            /// All values.
+            /// All values of the enumeration.
             pub const ALL: &'static [$kind] = &[$($kind::$variant),+];
 
-            /// Name in the files.
+            /// Name of the value in file names.
             pub fn name(self) -> &'static str {
                 match self { $($kind::$variant => $name),+ }
             }
 
-            /// The value with the name `name`.
+            /// Finds the value whose name in file names is `name`; `None` for an unknown name.
             pub fn from_name(name: &str) -> Option<Self> {
                 Self::ALL.iter().copied().find(|known| known.name() == name)
             }
@@ -95,7 +95,7 @@ impl PushShape {
         }
     }
 
-    /// Ratio of maximum friction torque to maximum friction force under uniform pressure, m.
+    /// Maximum friction torque divided by maximum friction force on the support under uniform pressure, m.
     ///
     /// It is the mean distance of the area from the centroid, by integration over the outline.
     pub fn uniform_c_m(self) -> f64 {
@@ -130,7 +130,7 @@ impl PushShape {
     }
 }
 
-/// Settings of a push of the published set.
+/// Settings of a push of the main series of the MIT Push set.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
     /// Support on which the object slides.
@@ -145,7 +145,7 @@ pub struct Motion {
     pub side: u32,
     /// Position of the contact along the side (or the perimeter of a curved outline), 0 to 1.
     pub position: f64,
-    /// Angle of the push from the contact normal, rad.
+    /// Angle of the push direction from the contact normal, rad.
     pub angle_rad: f64,
     /// Number of the repetition of the same push; `None` without repetitions.
     pub repeat: Option<u32>,
@@ -166,7 +166,7 @@ pub enum TrialName {
 }
 
 impl TrialName {
-    /// Parses the file name of `path` without its extension (`.h5`, `.hdf5` or `.json`).
+    /// Parses the file name of a push trial, without its extension (`.h5`, `.hdf5` or `.json`).
     ///
     /// An identifier that `Display` wrote is parsed as well.
     ///
@@ -204,7 +204,7 @@ impl TrialName {
     }
 }
 
-/// Parser of the fields of a file name, with the path for messages.
+/// Parser of the `key=value` fields of a file name, with the path for messages.
 struct Fields<'a> {
     path: &'a Path,
     stem: &'a str,
@@ -265,7 +265,7 @@ impl<'a> Fields<'a> {
         Ok(number)
     }
 
-    /// Parses the settings of a push of the published set.
+    /// Parses the settings of a push of the main series from the rest of its file name.
     fn motion(&self, text: &'a str) -> Result<Motion, PushError> {
         let (text, repeat) = match text.rsplit_once("_rep=") {
             Some((text, repeat)) => (text, Some(self.number(repeat, "rep")?)),

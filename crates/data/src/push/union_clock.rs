@@ -6,7 +6,7 @@
 
 use std::f64::consts::TAU;
 
-/// A stream: columns that are measured at the same times.
+/// Sensor stream: columns that are measured at the same times.
 #[derive(Debug, Clone)]
 pub(crate) struct Source {
     /// Sample times of the stream, s, strictly increasing.

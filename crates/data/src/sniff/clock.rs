@@ -92,7 +92,7 @@ pub(super) fn read_times(sheet: &Sheet, column: usize, name: &str) -> Result<Tim
 pub(super) struct Clock {
     /// Size of the time unit of the file, s.
     pub unit_s: f64,
-    /// Whether the times are points in time, which count from the first sample of each trajectory.
+    /// Whether the times are points in time (such as dates), which count from each trajectory's first sample.
     pub is_absolute: bool,
     /// Note for the user on the assumed unit or origin of the times; `None` where the file states the unit.
     pub note: Option<String>,

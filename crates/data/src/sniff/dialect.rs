@@ -13,9 +13,9 @@ const DIALECT_LINES: usize = 300;
 const MAX_PREAMBLE_LINES: usize = 60;
 /// Candidate separators, in the order of preference where several fit equally well.
 const SEPARATORS: [char; 5] = [',', ';', '\t', '|', ' '];
-/// Cell contents that stand for a value that was not measured.
+/// Cell contents, in lower case, that stand for a value that was not measured.
 const GAP_WORDS: [&str; 10] = ["", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "missing"];
-/// Prefixes of comment lines.
+/// Characters with which a comment line begins.
 const COMMENT_MARKS: [&str; 3] = ["#", "%", "//"];
 
 /// Separator and decimal mark of a table.
@@ -78,7 +78,7 @@ impl Sheet {
         self.cells.extend(cells);
     }
 
-    /// Adds a row of data without surplus empty cells at its end; `head` are the rows before the data.
+    /// Adds a row of data, without surplus empty cells at its end; `head`, the rows before the data, is for errors.
     fn push_row(&mut self, line: u64, mut row: Vec<String>, head: &[Vec<String>]) -> Result<(), DataError> {
         while row.len() > self.columns && row.last().is_some_and(String::is_empty) {
             row.pop();
@@ -182,7 +182,7 @@ fn comment(line: &str) -> Option<&str> {
     text.map(|text| text.trim_start_matches('#').trim())
 }
 
-/// Most frequent number of cells in a line, and the number of lines with it.
+/// Most frequent number of cells per row, and the number of rows with it.
 fn usual_width(rows: &[Vec<String>]) -> (usize, usize) {
     let mut widths: Vec<usize> = rows.iter().map(Vec::len).collect();
     widths.sort_unstable();

@@ -30,7 +30,7 @@ pub(super) fn acceleration(drafts: &[Draft], column: usize) -> Option<f64> {
     median(&mut drafts.iter().filter_map(of_draft).collect::<Vec<_>>())
 }
 
-/// Whether an acceleration, m/s², is that of free fall, in either direction.
+/// Whether an acceleration, m/s², is about that of gravity (`MAX_GRAVITY_RATIO`), in either direction.
 pub(super) fn is_fall(acceleration_m_s2: f64) -> bool {
     let ratio = acceleration_m_s2.abs() / GRAVITY;
     (1.0 / MAX_GRAVITY_RATIO..MAX_GRAVITY_RATIO).contains(&ratio)

@@ -8,7 +8,7 @@ pub(super) const KNOWN_UNITS: &str = "known units are SI units with the usual pr
                                       px, ms, us, ns, min, h, d, weeks, years, frames, deg, rpm, degC, degF, km/h, %, bar, \
                                       psi, L, Ah, Wh, and their products and quotients such as deg/s and L/min";
 
-/// Quantity that a unit measures.
+/// Kind of quantity that a unit of a column measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Quantity {
     Length,
@@ -67,7 +67,7 @@ impl ColumnUnit {
         ColumnUnit::parse(text).or_else(|| metres().map(of_size))
     }
 
-    /// Size of the unit in SI units.
+    /// Size of the unit in SI units (the factor of the conversion).
     pub fn factor(&self) -> f64 {
         self.conversion.factor()
     }

@@ -48,11 +48,11 @@ pub struct RecognitionOptions {
     pub time: Option<String>,
     /// Name of the column of trajectory identifiers.
     pub trajectory: Option<String>,
-    /// Columns of values: name in the file, new name (`x_m`, `z_m`, `height_m`), and unit in the file.
+    /// Columns of values that the user renames: name in the file, new name (such as `x_m`), unit in the file.
     pub columns: Vec<ColumnMapping>,
     /// Name of the vertical column, with a minus before it where the values grow downwards.
     pub up: Option<String>,
-    /// Frame rate, Hz, where times are frame numbers or absent.
+    /// Frame rate, Hz, for files whose times are frame numbers or absent.
     pub rate_hz: Option<f64>,
 }
 
@@ -78,7 +78,7 @@ impl std::fmt::Display for ColumnMapping {
 impl std::str::FromStr for ColumnMapping {
     type Err = String;
 
-    /// Parses `x=x_m:cm` or `x=x_m`.
+    /// Parses a mapping such as `x=x_m:cm` (name in the file, new name, unit) or `x=x_m`.
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let wrong_form = || format!("`{text}` is not of the form NAME=COLUMN:UNIT, such as x=x_m:cm");
         let (from, target) = text.split_once('=').ok_or_else(wrong_form)?;

@@ -31,7 +31,7 @@ pub(crate) struct NamedUnit {
 /// Table of unknown layout after its conversion to CSV, with the units of its columns.
 #[derive(Debug)]
 pub(crate) struct LongForm {
-    /// The rows; the time is in the column `t_s`, the identifier of trajectories in `trajectory`.
+    /// CSV text of the table; the time is in the column `t_s`, the identifier of trajectories in `trajectory`.
     pub csv: Vec<u8>,
     /// Unit of each column; `None` where the file states none.
     pub units: Vec<Option<NamedUnit>>,
@@ -178,7 +178,7 @@ fn csv_text<'a>(
     Some(out)
 }
 
-/// Name of a column in the data set, and the conversion of its values.
+/// Name of a column in the data set that is built, and the conversion of its values to SI.
 ///
 /// A name that is well formed and states no unit that is converted stays as it is. In others, words and unit
 /// are joined by underscores (`Ball speed (m/s)` becomes `Ball_speed_m_s`); `index` is the number of the

@@ -114,7 +114,7 @@ pub(crate) fn files_in(folder: &Path) -> Result<Vec<PathBuf>, DataError> {
     Ok(files)
 }
 
-/// Decodes the bytes of a text and splits them into a table.
+/// Decodes the bytes of a text file and splits the text into a table.
 fn read_sheet(path: &Path, bytes: Vec<u8>, reading: &RecognitionOptions) -> Result<Sheet, DataError> {
     if bytes.is_empty() {
         return Err(DataError::Empty { path: path.to_owned() });
@@ -128,7 +128,7 @@ fn read_sheet(path: &Path, bytes: Vec<u8>, reading: &RecognitionOptions) -> Resu
     Ok(out)
 }
 
-/// Builds the data set from the tables of all files.
+/// Infers the meaning of the columns and builds one data set from the tables of all files.
 fn recognised(
     origin: &Path,
     sheets: Vec<Sheet>,
@@ -281,7 +281,7 @@ fn keep_numbers(sheet: &Sheet, headings: &[Heading], roles: &mut [Role]) {
     }
 }
 
-/// Name of a file without its extension, for an identifier.
+/// Name of a file without its extension, as the identifier of a trajectory.
 pub(crate) fn stem(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let cut = EXTENSIONS.iter().chain(&SINGLE_EXTENSIONS).find_map(|e| name.strip_suffix(&format!(".{e}")));

@@ -14,7 +14,7 @@ pub enum RecordingKind {
     Pushes,
     /// Positions that do not accelerate as in free fall, with the vertical acceleration, m/s²; `None` if unknown.
     Moves(Option<f64>),
-    /// A recording without positions.
+    /// The recording has no positions.
     Other,
 }
 

@@ -107,7 +107,7 @@ const IGNORED: [&str; 22] = [
 /// Words that name a vertical coordinate.
 const HEIGHT: [&str; 10] =
     ["height", "h", "altitude", "elevation", "hoehe", "höhe", "hauteur", "altura", "altezza", "vertical"];
-/// Words that name the rod that pushes.
+/// Words in column names that denote the rod that pushes an object.
 const ROD: [&str; 8] = ["pusher", "rod", "tip", "probe", "finger", "robot", "ee", "effector"];
 /// Words that name the angle of a pushed object.
 const ANGLE: [&str; 8] = ["theta", "angle", "yaw", "orientation", "rotation", "winkel", "heading", "th"];
@@ -237,7 +237,7 @@ fn frames_unit(h: &Heading) -> Option<ColumnUnit> {
     (is_number && words.iter().any(|w| FRAME.contains(w))).then(ColumnUnit::frames)
 }
 
-/// Whether a heading names the time.
+/// Whether a column name denotes the time.
 pub(super) fn is_time(h: &Heading) -> bool {
     time_role(h).is_some()
 }

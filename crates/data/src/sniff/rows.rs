@@ -38,7 +38,7 @@ pub(super) struct RowChanges {
     pub repeated_rows: usize,
     /// Whether rows were split into trajectories at restarts of the clock.
     pub has_restarts: bool,
-    /// Whether words such as `nan` stand for gaps.
+    /// Whether words such as `nan` were read as gaps.
     pub has_gap_words: bool,
 }
 
@@ -56,7 +56,7 @@ struct NamedRows {
     rows: Vec<SampledRow>,
 }
 
-/// Reads the trajectories of a file in the units of the file.
+/// Reads the trajectories of a file, with values in the units of the file.
 ///
 /// `stem` is the identifier of a trajectory without one; with `prefixed` it precedes the identifiers in the
 /// file.

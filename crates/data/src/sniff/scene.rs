@@ -16,7 +16,7 @@ use std::path::Path;
 
 /// Largest first time of a trajectory, in median time steps, at which its times are not shifted to begin at 0.
 const MAX_FIRST_TIME: f64 = 1.5;
-/// Largest angle without a unit that is read as radians; 7 is a little more than one turn.
+/// Largest value at which angles without a unit are read as radians; 7 is a little more than one turn.
 const MAX_ANGLE_RAD: f64 = 7.0;
 /// Names of position columns in the long form.
 const LONG_FORM_POSITIONS: [&str; 4] = ["x_m", "y_m", "z_m", "height_m"];

@@ -32,7 +32,7 @@ pub enum Unrecognised {
         escaped_list(files)
     )]
     Archive {
-        /// Names of the files in the archive.
+        /// Names of the recordings in the archive, or of all its files if it has no recording.
         files: Vec<String>,
     },
     /// The file is in a known format, and its content cannot be read.
@@ -109,7 +109,7 @@ pub enum Unrecognised {
         /// Text of the cell that is not a time.
         cell: String,
     },
-    /// A column is renamed to a name of another quantity.
+    /// A column is renamed to a name whose unit measures another quantity.
     #[error("--columns: `{}` cannot hold values in {unit}; end the name in that unit", escaped_short(column))]
     OtherQuantity {
         /// New name of the column.
@@ -117,7 +117,7 @@ pub enum Unrecognised {
         /// SI unit of the values in the file.
         unit: String,
     },
-    /// The columns have no names, and their roles cannot be inferred from their numbers.
+    /// The columns have no names, and their meaning cannot be inferred from their numbers.
     #[error(
         "the file has no header, and the meaning of its columns cannot be inferred; name them with --time 1 \
          --columns 2=x_m:cm,3=z_m:cm (augsim start)"

@@ -19,9 +19,9 @@ pub struct Dimensions {
 }
 
 impl Dimensions {
-    /// The dimensions of a pure number.
+    /// Dimensions of a pure number: all exponents are 0.
     pub const NONE: Dimensions = Dimensions { twelfths: [0; 6] };
-    /// The dimensions of a time.
+    /// Dimensions of a time: exponent 1 of the second.
     pub const TIME: Dimensions = Dimensions::from_exponents([0, 0, 1, 0, 0, 0]);
 
     /// Creates dimensions from whole exponents of kg, m, s, A, K and mol.

@@ -165,7 +165,7 @@ impl FileUnit {
         format!("{base}_{}", if suffix.is_empty() { "ratio" } else { &suffix })
     }
 
-    /// Product of two units, the second to the power `sign`; `None` for temperatures with an offset.
+    /// Multiplies two units, the second to the power `sign`; `None` for temperatures with an offset.
     fn times(self, other: FileUnit, sign: i32) -> Option<FileUnit> {
         if self.offset != 0.0 || other.offset != 0.0 {
             return None;
@@ -186,7 +186,7 @@ pub struct NonSiEnding {
     pub ending: String,
     /// Name with the SI unit instead, such as `room_K`.
     pub si_name: String,
-    /// Dimensions of the unit.
+    /// Dimensions of the non-SI unit: exponents of the SI base units.
     pub dimensions: Dimensions,
 }
 

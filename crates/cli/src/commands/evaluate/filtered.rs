@@ -50,16 +50,16 @@ struct Row {
 struct MeasureErrors {
     /// Names of the columns that form the measure.
     columns: Vec<String>,
-    /// Unit of the errors.
+    /// Symbol of the unit of the errors.
     unit: String,
-    /// Mean error over all rows; measured rows count as zero error.
+    /// Mean error of the measure over all rows; measured rows count as zero error.
     whole: f64,
-    /// Mean error over the forecast rows.
+    /// Mean error of the measure over the forecast rows.
     rest: f64,
     /// Median over trajectories of the mean error over the forecast rows.
     #[serde(rename = "rest_of_most")]
     median_rest: f64,
-    /// Mean error over the last 70 % of the rows, for every prefix length.
+    /// Mean error over the last 70 % of the rows, which makes different prefix lengths comparable.
     common: f64,
     /// Continuous ranked probability score (CRPS) over the forecast rows.
     crps: f64,

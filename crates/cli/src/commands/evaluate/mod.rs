@@ -33,7 +33,7 @@ pub fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result<Outcom
     }
 }
 
-/// Fit in % of system identification, 100 (1 - |y - y_model| / |y - mean|), from the coefficient of determination.
+/// Fit of a model, %: 100 (1 - |y - y_model| / |y - mean|), from the coefficient of determination `r2`.
 ///
 /// It is 100 for a perfect model and 0 for one that predicts as well as the mean.
 fn fit_percent(r2: f64) -> f64 {

@@ -18,7 +18,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// Score of one model in one measure.
+/// Score of the forecasts of one model in one measure (such as the position).
 #[derive(Debug, Serialize)]
 struct Row {
     model: &'static str,
@@ -103,7 +103,7 @@ fn check_criterion(args: &Evaluate, scored: Option<&PredictionSet>) -> anyhow::R
     Ok(if position.rmse < limit { Outcome::Done } else { Outcome::CriterionNotMet })
 }
 
-/// Returns the held-out trajectories if `data` belong to the discovery in `folder` and it held some out.
+/// Names of the held-out trajectories; `None` unless `data` are the discovery's own and it held some out.
 pub(super) fn held_out(folder: &Path, data: &[PathBuf]) -> Option<BTreeSet<String>> {
     OwnData::find(folder, data).map(|own| own.held_out).filter(|ids| !ids.is_empty())
 }

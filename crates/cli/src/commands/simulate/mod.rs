@@ -28,8 +28,7 @@ pub fn run(args: &Simulate, seed: u64, force: bool, output: &Output) -> anyhow::
     }
 }
 
-/// Returns the path next to `out` that ends in `suffix`: `ball.csv.gz` and `truth.csv` give
-/// `ball.truth.csv`.
+/// Path of a file next to `out`: `ball.csv.gz` with the suffix `truth.csv` gives `ball.truth.csv`.
 fn sibling_path(out: &Path, suffix: &str) -> PathBuf {
     let name = out.file_name().unwrap_or_default().to_string_lossy();
     let stem = name.trim_end_matches(".gz").trim_end_matches(".csv").trim_end_matches(".npz");
