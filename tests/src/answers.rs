@@ -1,4 +1,4 @@
-//! Assertions about every answer of the discovery loop.
+//! Assertions that hold for every answer of the discovery.
 
 use augsim_discovery::Discovery;
 

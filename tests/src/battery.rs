@@ -14,11 +14,11 @@ use std::time::Instant;
 pub enum Battery {
     /// No effect: the declared model is complete.
     Null,
-    /// One effect of the library.
+    /// One effect of the effect library is missing from the model.
     Single,
-    /// Two effects of the library.
+    /// Two effects of the effect library are missing from the model.
     Pair,
-    /// An effect that the library does not have.
+    /// An effect that is not in the effect library is missing from the model.
     Unlisted,
     /// Unusual noise (correlation, jitter, outliers or wrong scale) and no effect.
     Noise,
@@ -46,11 +46,11 @@ pub struct Summary {
     pub sets: usize,
     /// Number of sets in which a fit of the true effects has a better penalised likelihood (visible effects).
     pub visible: usize,
-    /// Number of visible sets with the exact answer.
+    /// Number of sets with visible effects whose answer names exactly the true effects.
     pub exact: usize,
-    /// Number of visible sets whose true effects are one of the alternatives of the answer.
+    /// Number of sets with visible effects in which these are one of the answer's alternatives.
     pub ambiguous: usize,
-    /// Number of sets in which an effect is claimed although none is true or visible.
+    /// Number of sets with a wrongly claimed effect: none is true or visible, or another one is.
     pub false_alarms: usize,
     /// Number of sets in which an unlisted effect is reported as explained.
     pub wrongly_explained: usize,

@@ -1,4 +1,4 @@
-//! Short form of the answers of the discovery loop, for regression tests.
+//! Short form of the discovery's answers, for regression tests.
 //!
 //! An answer is reduced to its verdict, its effects, a hash of its numbers, and the amount of work.
 
@@ -22,7 +22,7 @@ pub struct Answer {
     pub effects: Vec<String>,
     /// 64-bit FNV-1a hash of [`canonical`] in hexadecimal digits.
     pub hash: String,
-    /// Amount of work of the discovery.
+    /// Computational work of the discovery (numbers of fits and simulations).
     pub work: Work,
 }
 

@@ -73,7 +73,7 @@ pub fn repeat_on_data(scenario: &str, args: &Reproduce, data: &Path, seed: u64) 
     repeat(words)
 }
 
-/// Claims the results folder for this run.
+/// Reserves the results folder for this run.
 ///
 /// Existing trained networks need `resume` (continue) or `force` (overwrite).
 pub fn claim(

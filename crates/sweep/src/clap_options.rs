@@ -27,11 +27,11 @@ pub struct Program {
 /// Form of an option on the command line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// A flag without a value.
+    /// The option is a flag without a value.
     Flag,
-    /// An option with a value.
+    /// The option takes a value.
     Valued,
-    /// A positional argument.
+    /// The option is a positional argument.
     Positional,
 }
 

@@ -33,7 +33,7 @@ struct Run {
     done: usize,
     /// Number of requested tasks that had a result before.
     kept: usize,
-    /// Number of requested tasks that do not meet their criterion.
+    /// Number of requested tasks whose result does not meet the success criterion of the command.
     criterion_not_met: usize,
     /// Failure of each failed task, by task index.
     failed: BTreeMap<usize, Failure>,

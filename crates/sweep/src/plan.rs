@@ -32,7 +32,7 @@ pub struct Shared {
     pub folder: PathBuf,
     /// Command that all tasks run, such as `reproduce push`.
     pub command: String,
-    /// Number of tasks.
+    /// Number of tasks of the plan.
     pub tasks: usize,
     /// Names of the options that have several values.
     pub crossed: Vec<String>,

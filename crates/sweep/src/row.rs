@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 pub enum State {
     /// The task has a result, and its criterion, if any, is met.
     Done,
-    /// The task has a result that does not meet the criterion of its command.
+    /// The task has a result that does not meet the success criterion of its command (exit code 1).
     CriterionNotMet,
     /// The last attempt at the task failed.
     Failed,

@@ -23,7 +23,7 @@ pub struct TaskResult {
     schema: String,
     /// Id of the task that has the result.
     id: String,
-    /// Whether the criterion of the task's command is met.
+    /// Whether the command's success criterion is met (exit code 0, not 1); `true` without one.
     pub criterion_met: bool,
     /// SHA-256 of `result`, by which damaged files are detected.
     sha256: String,

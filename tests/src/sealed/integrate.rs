@@ -22,9 +22,9 @@ pub struct Start {
     pub vx: f64,
     pub vz: f64,
     pub spin: f64,
-    /// Session time of the release minus the mean session time, s.
+    /// Time of the release relative to the middle of the session of recordings, s.
     pub clock: f64,
-    /// Session time of the release, s.
+    /// Time of the release since the session of recordings began, s.
     pub session: f64,
     /// Deviations of the coefficient of restitution, one per impact.
     pub offsets: Vec<f64>,

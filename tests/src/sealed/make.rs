@@ -107,7 +107,7 @@ impl Laboratory<'_> {
         Trajectory::new(format!("{index}"), times, values)
     }
 
-    /// Draws the session time, the initial state and the deviations of the restitution for one trajectory.
+    /// Draws initial state, time of release in the session, and deviations of restitution of a trajectory.
     fn draw_start(&self, index: usize, rng: &mut Xoshiro256PlusPlus) -> Start {
         let scene = self.scene;
         let per_impact = self.parameter(|k| if let Kind::ScatterImpact(s) = k { Some(*s) } else { None });

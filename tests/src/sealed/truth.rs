@@ -31,7 +31,7 @@ pub enum Kind {
 pub enum Unlisted {
     /// Change of the restitution at x = 1 m.
     FloorStep(f64),
-    /// Amplitude of a sinusoidal variation of restitution with session time; period 300 s.
+    /// Amplitude of a sinusoidal variation of the restitution with time since the session began; period 300 s.
     FloorSine(f64),
     /// Drag coefficient of a drag that acts only above 2.5 m/s.
     DragCrisis(f64),

@@ -1,4 +1,4 @@
-//! Generates a trap set (see [`super`]) from its seed: simulation, noise, logging fault, and two files.
+//! Generates a data set with one peculiarity from its seed: simulation, noise, logging fault, two files.
 
 use super::kinds::{Defect, Kind, Logging, Noise, Trap};
 use super::logging::{Recording, apply_fault, late_inputs, settling_sensor};

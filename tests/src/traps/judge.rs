@@ -39,7 +39,7 @@ impl Answer {
     }
 }
 
-/// Judgement of one answer.
+/// Whether one answer of the discovery is right, and whether it names an absent effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Judgement {
     /// Whether the answer is right.
@@ -48,7 +48,7 @@ pub struct Judgement {
     pub names_absent_effect: bool,
 }
 
-/// Judges an answer to a set with the peculiarity `kind`.
+/// Decides whether an answer to a data set with the peculiarity `kind` is right.
 pub fn judge(kind: &Kind, answer: &Answer) -> Judgement {
     let (verdict, effects) = match answer {
         Answer::Found { verdict, effects } => (verdict.as_str(), effects.as_slice()),

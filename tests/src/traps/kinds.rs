@@ -107,7 +107,7 @@ pub enum Defect {
     StepHalfWay,
 }
 
-/// The one peculiarity of a trap set.
+/// The one peculiarity of a trap set (a test set that must not be answered by an effect).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Trap {
     /// Unusual measurement noise.
@@ -138,7 +138,7 @@ pub enum Trap {
     Declared(Law),
 }
 
-/// A kind of trap set: its peculiarity and the effects that a right answer may name.
+/// A kind of test set: a peculiarity that is no missing effect, and effects that answers may name.
 #[derive(Clone, Copy, Debug)]
 pub struct Kind {
     /// Short name of the kind, for reports.
@@ -180,7 +180,7 @@ const fn noise(name: &'static str, noise: Noise) -> Kind {
     kind(name, Trap::Noise(noise))
 }
 
-/// Makes a [`Kind`] of unusual recordings.
+/// Makes a [`Kind`] with an unusual number or length of recordings.
 const fn layout(name: &'static str, layout: Layout) -> Kind {
     kind(name, Trap::Layout(layout))
 }
@@ -200,7 +200,7 @@ const fn declared(name: &'static str, law: Law) -> Kind {
     kind(name, Trap::Declared(law))
 }
 
-/// All kinds of trap sets.
+/// All kinds of trap sets (test sets whose peculiarity is no missing effect).
 ///
 /// Classes are mixed, so that a short run has each of them; the first 40 kinds give 120 sets.
 pub const KINDS: [Kind; 55] = [

@@ -5,7 +5,7 @@
 //! [`KINDS`].
 //!
 //! Reading order: `kinds` (the list), `plants` (model files and rates), `draw` (from a seed to two files),
-//! `simulate`, `noise`, `logging`, `judge` (right answers), `run` (the battery).
+//! `simulate`, `noise`, `logging`, `judge` (right answers), `run` (runs `augsim` on the sets).
 
 mod draw;
 mod judge;

@@ -1,4 +1,4 @@
-//! Measurement noise of trap sets.
+//! Measurement noise of trap sets (see [`super`]).
 
 use super::kinds::Noise;
 use rand::RngExt;

@@ -55,7 +55,7 @@ pub struct Parameter {
 pub struct Plant {
     /// Name of the plant.
     pub name: &'static str,
-    /// Column of the input.
+    /// Column name of the input in the data file.
     pub input: &'static str,
     /// Column name and expression of each output.
     pub outputs: [(&'static str, &'static str); 2],
@@ -73,7 +73,7 @@ pub struct Plant {
     pub zero: [f64; 2],
     /// Sampling interval, s.
     pub step_s: f64,
-    /// Middle and half range of the input.
+    /// Middle and half range of the input, in its unit.
     pub drive: (f64, f64),
     /// Middle and half range of each initial state.
     pub start: [(f64, f64); 2],
@@ -127,7 +127,7 @@ impl Plant {
         if self.has_two_outputs || kind.needs_two_outputs() { 2 } else { 1 }
     }
 
-    /// Text of the model file of a set with this peculiarity.
+    /// Text of the model file for a data set with the peculiarity `kind`.
     pub fn model(&self, kind: &Kind) -> String {
         let law = if let Trap::Declared(law) = kind.trap { Some(law) } else { None };
         let has_dry_law = matches!(law, Some(Law::Smooth | Law::Sign));

@@ -1,4 +1,4 @@
-//! Runs `augsim` on trap sets as a user does (binary, model file and table), and counts right answers.
+//! Runs `augsim discover` on trap sets (see [`super`]) as a user does, and counts right answers.
 
 use super::draw::draw;
 use super::judge::{Answer, Judgement, judge};
@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
-/// Counts over all trap sets of one run.
+/// Counts over all data sets with a peculiarity in one run.
 #[derive(Clone, Debug, Default)]
 pub struct Summary {
     /// Number of sets.
@@ -75,7 +75,7 @@ impl fmt::Display for Summary {
     }
 }
 
-/// Outcome of the discovery on one trap set.
+/// Outcome of the discovery on one data set with a peculiarity.
 #[derive(Debug)]
 pub struct Row {
     /// Line for the terminal: seed, plant, kind, class, answer, duration.

@@ -6,7 +6,7 @@ use augsim_tests::traps::{
     Class, Defect, GeneratedSet, KINDS, Kind, Logging, Noise, PLANTS, Plant, Trap, draw,
 };
 
-/// All pairs of a plant and a kind of trap set.
+/// All pairs of a simulated plant and a peculiarity of its data.
 fn pairs() -> impl Iterator<Item = (&'static Plant, &'static Kind)> {
     KINDS.iter().flat_map(|kind| PLANTS.iter().map(move |plant| (plant, kind)))
 }

@@ -33,7 +33,7 @@ impl Figure {
 pub enum Value {
     /// Number of training trajectories of the model.
     Trained,
-    /// Error or CRPS of the model with this name.
+    /// Error or CRPS (of a row's model) with this name.
     Key(&'static str),
     /// Coverage of the 50 % prediction band in %.
     Inside50,

@@ -23,7 +23,7 @@ const CLOUD_POINTS: usize = 700;
 
 /// Score of a model on the first test set, for figures.
 pub struct Scored {
-    /// Name of the model.
+    /// Name of the scored model.
     pub name: String,
     /// Protocol under which the model was scored.
     pub protocol: Protocol,

@@ -18,7 +18,7 @@ use augsim_trainer::{Recipe, Sequence, Sequences, Settings};
 const MEASURED_FRACTIONS: [f64; 4] = [0.1, 0.25, 0.5, 0.75];
 /// `[training, test]` numbers of pushes, first in full and then with `--quick`.
 const PUSHES: [[usize; 2]; 2] = [[2500, 200], [400, 20]];
-/// Number of particles of models that simulate every particle.
+/// Number of particles of models that simulate every sample (draw) separately.
 pub const PARTICLES: usize = 64;
 /// Number of training iterations of Hybrid+, in full and with `--quick`.
 const ITERATIONS: [u64; 2] = [3000, 500];

@@ -27,7 +27,7 @@ const PREFIXES_S: [f64; 4] = [0.5, 1.0, 2.0, 3.0];
 const RATE_HZ: f64 = 20.0;
 /// `[training, test]` numbers of pushes, first in full and then with `--quick`.
 const PUSHES: [[usize; 2]; 2] = [[4000, 1000], [600, 100]];
-/// Number of test pushes for models that simulate every particle, in full and with `--quick`.
+/// Number of test pushes for models that simulate every sample separately, in full and with `--quick`.
 const SIMULATED_PUSHES: [usize; 2] = [200, 20];
 /// Columns of the object's pose.
 const POSE: [&str; 3] = ["x_m", "y_m", "theta_rad"];

@@ -6,7 +6,7 @@ use augsim_trainer::Recipe;
 /// A model class or baseline in the league.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Entrant {
-    /// The measured trajectories themselves, as a reference for violations by sensor noise.
+    /// The measured trajectories themselves: shows which physics violations come from sensor noise.
     Data,
     /// Baseline that predicts zero (balls) or no motion (pushes); the paper relates errors to it.
     Zero,
