@@ -1,4 +1,4 @@
-//! Whether a model is applied to the data that it was fitted to.
+//! Tests whether a model is applied to the data that it was fitted to.
 
 use augsim_session::discovery_in;
 use augsim_session::provenance::fingerprint;

@@ -1,7 +1,7 @@
 //! Contract: SIGINT, SIGTERM and SIGHUP end every command within two seconds with code 130, 143 and 129
 //! and a message that names the signal; no partial or temporary file and no empty folder remains.
-//! Training writes a checkpoint first, and a discovery its best result so far. Work is stopped during computation and while it waits for data
-//! from a pipe.
+//! Training writes a checkpoint first, and a discovery its best result so far. Work is stopped during computation and
+//! while it waits for data from a pipe.
 #![cfg(unix)]
 
 use std::fs::File;

@@ -31,8 +31,9 @@ const TEMPERATURE_STEPS_PER_KELVIN: f64 = 1e9;
 
 /// Computes `factor * value + offset` without the digits that binary rounding adds to decimal numbers.
 ///
-/// 245.53 mm times the binary number next to 0.001 is 0.24553000000000003 m. A division by 1000, which is exact, rounds once: the
-/// result is the binary number next to 0.24553. A temperature is rounded because 273.15 is no binary number either.
+/// 245.53 mm times the binary number next to 0.001 is 0.24553000000000003 m. A division by 1000, which is exact, rounds
+/// once: the result is the binary number next to 0.24553. A temperature is rounded because 273.15 is no binary number
+/// either.
 pub(crate) fn to_si(value: f64, factor: f64, offset: f64) -> f64 {
     let divisor = (1.0 / factor).round();
     let scaled = if divisor > 1.0 && 1.0 / divisor == factor { value / divisor } else { value * factor };
