@@ -1,7 +1,7 @@
 //! Cost of a running particle filter on one thread.
 //!
 //! - One row processed by 100 particles: mean over the first 65 rows of a drop, including the impact and the
-//!   moves (target 0.5 ms).
+//!   particle moves (target 0.5 ms).
 //! - 100 sampled forecasts of the remaining 335 rows (target 50 ms).
 
 use augsim_physics::ball::drop_distribution::{DropDistribution, published_predictor};

@@ -1,7 +1,7 @@
 //! Time of one training iteration and of one forecast for the ball.
 //!
 //! The iteration has a batch of 100 and 400 samples, on one thread and on all; the forecast draws 100 samples
-//! for one trajectory. The data follow the paper's law.
+//! for one trajectory. The data have the distribution of the paper.
 //!
 //! The throughput of an iteration of the paper's nets is in floating-point operations (products only), so
 //! criterion's `Gelem/s` are GFLOP/s. Elsewhere it is in trajectory samples.

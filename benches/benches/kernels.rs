@@ -1,4 +1,4 @@
-//! GRU and linear kernels at the sizes of the nets: one tile of 16 trajectories, 400 steps, one thread.
+//! GRU and linear kernels at the sizes of the nets: a batch of 16 trajectories, 400 steps, one thread.
 //!
 //! The throughput is in floating-point operations, so criterion's `Gelem/s` are GFLOP/s. A multiply-add
 //! counts as two. Activations take time but are not counted, so these are lower bounds. For shares of the

@@ -1,7 +1,7 @@
 //! A net with the sizes of the paper's net for pushing.
 //!
-//! 4 states, 4 actions, the first state and the physics simulation as condition, 16 latent variables, feature
-//! nets before each GRU, 300 steps.
+//! 4 states; 4 actions, the first state and the physics simulation as conditions; 16 latent variables;
+//! feature nets before each GRU; 300 steps.
 
 use augsim_nn::Params;
 use augsim_trainer::nets::{Dcvrnn, DcvrnnSizes, Decoder, Extractors};

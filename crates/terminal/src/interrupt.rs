@@ -18,7 +18,7 @@ const CHECKPOINT_TIMEOUT: Duration = Duration::from_millis(1500);
 /// Time after the first signal in which another one is a copy of it, not a second request.
 const DUPLICATE_SIGNAL_TIME: Duration = Duration::from_millis(300);
 
-/// Name of the environment variable with the process id of a parent, with which this process ends.
+/// Environment variable with the process id of the parent; this process ends when the parent ends.
 pub const PARENT: &str = "AUGSIM_PARENT_PROCESS";
 
 /// Number of the first signal received by this process; 0 before.

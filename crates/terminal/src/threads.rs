@@ -69,7 +69,7 @@ fn count_room(wanted: usize) -> (usize, Option<io::Error>) {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: room for a few threads is found; the error names the remedy.
+    //! Contract: a few threads can be started; the error names the remedy.
     use super::*;
 
     #[test]

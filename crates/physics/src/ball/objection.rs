@@ -39,7 +39,7 @@ pub(super) fn objection(parameters: &[Parameter], records: &[Record], sd_m: f64)
     unlike_free_fall(parameters[GRAVITY].nominal, records, sd_m).map(Objection::new)
 }
 
-/// Error if the first flights differ from a free fall, as with wrong units or an inverted height.
+/// Reason if the first flights differ from a free fall, as with wrong units or an inverted height.
 fn unlike_free_fall(g: f64, records: &[Record], sd_m: f64) -> Option<Reason> {
     let mut ratios = Vec::new();
     let mut rmses = Vec::new();

@@ -251,9 +251,9 @@ fn arc_end(times: &[f64], impact: f64, margin: f64) -> usize {
     times.iter().position(|&t| t >= impact - margin).unwrap_or(times.len())
 }
 
-/// Index of the end of the samples of a hop from time `begin`, s.
+/// Index of the end of the samples of a flight between two impacts that began at `begin`, s.
 ///
-/// The last 7 % of the ballistic duration of the hop are left out.
+/// The last 7 % of the ballistic duration of the flight are left out.
 fn end_of_hop(times: &[f64], begin: f64, out_speed: Option<f64>, g: f64, margin: f64) -> usize {
     let duration = out_speed.map_or(f64::INFINITY, |v| 2.0 * v / g);
     arc_end(times, begin + 0.93 * duration, margin)

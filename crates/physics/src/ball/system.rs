@@ -71,7 +71,7 @@ const MAX_FLOOR_DIFFERENCE_M: f64 = 0.05;
 const MIN_HEIGHTS: usize = 8;
 
 impl Ball {
-    /// Builds the ball from its effects and its parameters, in the order of the world's parameter vector.
+    /// Builds the ball from its effects (`world`) and its parameters, in the order of the parameter vector.
     ///
     /// A radius of 0 (unknown) becomes 1 m; without recorded spin the simulated positions do not depend on
     /// it.

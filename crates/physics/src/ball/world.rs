@@ -41,7 +41,7 @@ pub struct Term {
 /// The active effects of a ball model and the layout of its parameter vector.
 ///
 /// Parameter values are not part of it: they are in a separate vector, so that all trial values of a fit
-/// share one world.
+/// share one `World`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct World {
     /// Coordinates that are measured.

@@ -21,8 +21,8 @@ pub struct At<'a, S> {
 
 /// State equations with events, over any scalar; [`Ode`](super::Ode) makes a system of them.
 ///
-/// The equations hold every candidate effect from the beginning: its parameters stand behind the declared ones and are at
-/// their null until the effect is in the model.
+/// The equations contain every candidate effect. The parameters of the effects follow the declared ones and
+/// have their null values while the effect is not in the model.
 pub trait Equations: Debug + Send + Sync + 'static {
     /// Description of the system: names, units, channels. Features, targets and event may be left empty.
     fn schema(&self) -> &Schema;

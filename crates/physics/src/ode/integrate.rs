@@ -1,9 +1,9 @@
-//! Integration of a window with adaptive steps, events and rest.
+//! Integrates state equations over one window, with adaptive steps, events and rest.
 //!
-//! Which steps are taken depends on the values alone; the derivatives are those of the steps that were taken (internal
-//! differentiation, Bock 1981). An event's time is found on the values, then one Newton step on the integration step itself,
-//! in the scalar of the simulation, gives it its derivatives: those of the states behind it follow without a formula for the
-//! jump.
+//! The length of the steps depends on the plain values alone. The derivatives are those of the steps that
+//! were taken (internal differentiation, Bock 1981). The time of an event is first found in plain values. One
+//! Newton step on the integration step, in the scalar of the simulation, then adds its derivatives, so that
+//! the states after the event have the right derivatives without a formula for the jump.
 
 use super::crossing::{Crossing, first_crossing};
 use super::equations::{At, Equations};

@@ -110,8 +110,10 @@ impl<S: Scalar> Step<S> {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: a step is of fifth order at its end and its dense output of fourth; both as fitted slopes of the error
-    //! against the length, over two halvings of a step that is neither coarse nor at rounding.
+    //! Contract: the result of a step is of fifth order, and its dense output of fourth.
+    //!
+    //! The orders are fitted slopes of the error against the step length, over two halvings of a step whose
+    //! error is far from rounding.
     use super::*;
 
     /// Errors of one step of `length` of x' = v, v' = -x t: at its end, and at 0.4 of it.

@@ -1,8 +1,8 @@
-//! The Runge-Kutta pair of fifth and fourth order that is integrated with, and its dense output.
+//! Coefficients of the Runge-Kutta pair of order 5(4) that integrates equations, and its dense output.
 //!
-//! Source: Tsitouras, Runge-Kutta pairs of order 5(4) satisfying only the first column simplifying assumption, Comput. Math.
-//! Appl. 62 (2011) 770. Fifth order at the ends of a step, an interpolant of fourth order within it. The last stage is the
-//! first one of the next step.
+//! Source: Tsitouras, Runge-Kutta pairs of order 5(4) satisfying only the first column simplifying
+//! assumption, Comput. Math. Appl. 62 (2011) 770. Fifth order at the ends of a step, an interpolant of fourth
+//! order within it. The last stage is the first one of the next step.
 
 /// Number of stages of a step.
 pub(super) const STAGES: usize = 7;
@@ -58,8 +58,10 @@ pub(super) const DENSE: [[f64; 4]; STAGES] = [
 
 #[cfg(test)]
 mod tests {
-    //! Contract: the coefficients satisfy the conditions that a wrong digit breaks: every stage stands at its node, both
-    //! orders agree on quadrature up to the third power, and the dense output ends where the step does.
+    //! Contract: the coefficients satisfy conditions that a wrong digit violates.
+    //!
+    //! The weights of every stage sum to its node, both orders agree on quadrature up to the third power, and
+    //! the dense output ends at the result of the step.
     use super::*;
 
     #[test]

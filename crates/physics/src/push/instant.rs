@@ -17,7 +17,7 @@ pub(super) const MAX_TOUCHING_GAP_M: f64 = 1e-7;
 /// Number of fixed-point iterations for the contact force that shifts the centre of pressure.
 const PRESSURE_ITERATIONS: usize = 3;
 
-/// State of a push at one instant: contact, twist, force and gap, in the world frame if not said.
+/// State of a push at one instant: contact, twist, force, gap; world frame unless stated otherwise.
 #[derive(Clone, Copy, Debug)]
 pub struct Instant<S> {
     /// Mode of the contact: free, sticking, sliding or separating.

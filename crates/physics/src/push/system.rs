@@ -63,7 +63,7 @@ pub struct PushDeclaration {
 const RESOLUTION: f64 = 1e-5;
 
 impl Pushing {
-    /// A system of `world` with one parameter for each entry of the world's parameter vector.
+    /// A system of the object and effects of `world`, with one parameter per entry of the parameter vector.
     pub fn new(world: World, parameters: Vec<Parameter>, declares: PushDeclaration) -> Self {
         let library = effects::all::<f64>().iter().map(|e| Effect::from(e.spec())).collect();
         let (schema, declares) = (Arc::new(schema(&world, &declares)), Arc::new(declares));

@@ -41,9 +41,9 @@ pub struct Term {
     pub count: usize,
 }
 
-/// An object and the effects that act on it.
+/// A pushed object and the effects that act on it, with the layout of their parameter vector.
 ///
-/// Parameter values are not stored here but passed as a flat vector, so that one world serves many fits.
+/// Parameter values are not stored here but passed as a flat vector, so that one `World` serves many fits.
 #[derive(Clone, Debug)]
 pub struct World {
     object: Object,
@@ -57,7 +57,7 @@ pub struct World {
 }
 
 impl World {
-    /// A world of this object with the ellipsoidal limit surface and no effects.
+    /// An object with the ellipsoidal limit surface and no effects.
     pub fn new(object: Object) -> Self {
         let patches = cut(&object.outline, PATCHES_ACROSS);
         Self {

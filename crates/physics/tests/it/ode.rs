@@ -1,9 +1,12 @@
-//! Contract: state equations are integrated to their closed forms, with the derivatives of the closed forms, through events,
-//! resets, rest and inputs that jump; what cannot be integrated is refused with one sentence that says what to do.
+//! Contract: integrated state equations and their derivatives agree with closed forms.
 //!
-//! Each scene has a solution on paper: an oscillator (smooth), a bouncing ball (event times that depend on everything before
-//! them, down to a series of hops without end), a driven integrator (inputs), a block that a growing force pulls off a stop
-//! (rest and release). The tolerance of 1e-9 a step leaves a few times that after a hundred steps.
+//! This includes events, resets, rest and inputs that jump. What cannot be integrated is an error that says
+//! what to do.
+//!
+//! Each test system has a closed solution: an oscillator (smooth), a bouncing ball (event times that depend
+//! on all earlier events, down to infinitely many bounces in finite time), a driven integrator (inputs), a
+//! block that a growing force pulls off a stop (rest and release). The tolerance of 1e-9 per step leaves an
+//! error of a few times that after a hundred steps.
 
 use augsim_physics::Scalar;
 use augsim_physics::ode::{At, Equations, Ode, Tolerance};

@@ -1,6 +1,7 @@
-//! Contract of the synthetic pushes: each push depends only on the seed and its index, for any number of
-//! threads; the truth differs from the declared model by more than the measurement noise, in the recorded
-//! ways; all values are finite.
+//! Contract of the synthetic pushes: reproducible, finite, and different from the declared model.
+//!
+//! Each push depends only on the seed and its index, for any number of threads. The truth differs from the
+//! declared model by more than the measurement noise, in the recorded ways.
 
 use augsim_physics::push::laboratory::{Generated, PushDesign, PushRecipe, SUPPORTS, SupportSheet};
 use augsim_physics::push::{OBJECTS, Object, Pose, Push, Recorded, Run, Steps, simulate};

@@ -1,4 +1,4 @@
-//! Contract: pushing behind the `System` trait gives the same bits as its engine.
+//! Contract: pushing behind the `System` trait is bit-identical to its engine.
 //!
 //! - Values and derivatives are those of the engine with the sub-steps of fits.
 //! - More seeds than one simulation has lanes are computed in blocks with the same bytes.

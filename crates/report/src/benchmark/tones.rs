@@ -3,7 +3,7 @@
 use super::{BenchmarkReport, Protocol};
 use crate::figure::Tone;
 
-/// Models of a report in the order of their colours: first the subject; floors have a muted colour.
+/// Models of a report in the order of their colours; the subject has the first one.
 pub(super) struct Tones<'a>(Vec<&'a str>);
 
 impl<'a> Tones<'a> {

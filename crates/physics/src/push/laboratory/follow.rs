@@ -62,8 +62,9 @@ impl PushRecipe {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: pushes along the same path differ with the friction map and repeat with it; malformed paths
-    //! are errors.
+    //! Contract: pushes along one path differ with the friction map; the same map gives the same push.
+    //!
+    //! Malformed paths are errors.
     use super::super::{PushDesign, SupportSheet};
     use super::*;
 

@@ -270,7 +270,7 @@ impl PushRecipe {
     }
 }
 
-/// The true worlds of the generated pushes, with and without inertia, and their parameter values.
+/// The true objects and effects of the generated pushes, with and without inertia, and their parameters.
 pub(super) struct Truth {
     quasi_static: World,
     dynamic: World,
@@ -281,7 +281,7 @@ impl Truth {
     /// Bounds on the sub-steps of the true simulations, twice as long as the default.
     pub(super) const STEPS: Steps = Steps { travel_m: 1e-3, duration_s: f64::INFINITY, inertial_s: 2e-3 };
 
-    /// The true world with inertia or without.
+    /// The true object and effects, with inertia or without.
     pub(super) fn world(&self, has_inertia: bool) -> &World {
         if has_inertia { &self.dynamic } else { &self.quasi_static }
     }
@@ -291,7 +291,7 @@ impl Truth {
         &self.parameters
     }
 
-    /// Builds the true worlds that a recipe describes.
+    /// Builds the true objects and effects that a recipe describes.
     pub(super) fn new(recipe: &PushRecipe, object: &Object) -> Self {
         let support = &recipe.support;
         let mut quasi_static = World::new(object.clone()).with_patches(PATCHES_ACROSS, |_| 1.0);

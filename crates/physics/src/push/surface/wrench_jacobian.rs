@@ -79,7 +79,7 @@ impl MovingPatch {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: values and Jacobians in closed form agree with dual numbers through the plain sums.
+    //! Contract: wrenches and Jacobians in closed form agree with sums evaluated in dual numbers.
     //!
     //! The tolerance, relative to the largest derivative, is 1e-9 for patches and 1e-7 for a polygon, because
     //! the sums over its edges cancel if the centre of rotation is far away.
