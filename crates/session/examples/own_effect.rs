@@ -8,7 +8,7 @@
 use augsim_session::{DataFrom, DiscoverRequest, Subject, discover};
 use std::path::PathBuf;
 
-/// The textbook model of a damped pendulum.
+/// Model file of a damped pendulum, without the magnet.
 const PENDULUM: &str = r#"
 scenario = "system"
 name = "pendulum"
@@ -30,7 +30,7 @@ omega_rad_s = "-gravity_m_s2 / length_m * sin(theta_rad) - damping_per_s * omega
 angle_rad = { value = "theta_rad", sd = "estimate" }
 "#;
 
-/// The candidate effect: an attraction to the centre with range `w`. It vanishes at `k = 0`.
+/// Declaration of the candidate effect: an attraction to the centre with range `w`. It vanishes at `k = 0`.
 const MAGNET: &str = r#"
 [[candidate]]
 kind = "magnet"
@@ -42,7 +42,7 @@ stands_for = ["a spring with a short reach"]
 source = "a bell-shaped attraction"
 "#;
 
-/// Prints the result of a discovery with the candidate.
+/// Runs a discovery with the candidate effect and prints the result.
 #[expect(clippy::print_stdout, reason = "an example prints its result")]
 pub fn main() -> anyhow::Result<()> {
     let swings = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/recipes/data/swings.csv"));

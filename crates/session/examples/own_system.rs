@@ -17,7 +17,7 @@ use augsim_system::{
 use rand_distr::{Distribution, Normal};
 use std::sync::Arc;
 
-/// Cross-sections at every 0.1 m of height, m².
+/// Measured cross-sections of the tank at every 0.1 m of height, m².
 const SURVEY_M2: [f64; 7] = [0.010, 0.014, 0.021, 0.024, 0.022, 0.017, 0.015];
 const GRAVITY_M_S2: f64 = 9.81;
 /// True outlet area, m², and seepage coefficient, m²/s.
@@ -25,7 +25,7 @@ pub const TRUTH: [f64; 2] = [2.1e-5, 3e-5];
 /// Standard deviation of the level measurement, m.
 const SENSOR_M: f64 = 5e-4;
 
-/// Cross-section at a level, linearly interpolated, m².
+/// Cross-section of the tank at a level, linearly interpolated, m².
 fn section<S: Scalar>(level: S) -> S {
     let position = (level.value() / 0.1).clamp(0.0, 5.999);
     let (below, above) = (SURVEY_M2[position as usize], SURVEY_M2[position as usize + 1]);
@@ -105,7 +105,7 @@ impl Equations for Tank {
     }
 }
 
-/// The tank as discovery sees it. A system in Rust has no model file, so its text is for display only.
+/// The tank as a declared model for discovery. A system in Rust has no model file, so its text is for display only.
 #[derive(Debug)]
 struct Declared;
 
@@ -135,7 +135,7 @@ impl Declaration for Declared {
     }
 }
 
-/// Levels of twelve drainings, once a second for a minute, simulated with small Euler steps.
+/// Simulates measured levels of twelve drainings, once a second for a minute, with small Euler steps.
 fn measured() -> Result<Dataset, Box<dyn std::error::Error>> {
     const STEPS_PER_S: usize = 1000;
     let noise = Normal::new(0.0, SENSOR_M)?;
@@ -159,7 +159,7 @@ pub fn found() -> Result<Discovery, Box<dyn std::error::Error>> {
     Ok(discover(&Declared, &measured()?, &Options::default(), &mut |_| {})?)
 }
 
-/// Prints the result beside the true values.
+/// Prints the discovered parameters beside their true values.
 #[expect(clippy::print_stdout, reason = "an example prints its result")]
 pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     let found = found()?;

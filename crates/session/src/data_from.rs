@@ -8,7 +8,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The source of trajectories.
+/// Where measured trajectories are read from: files, or a table in memory.
 #[derive(Debug, Clone, PartialEq)]
 pub enum DataFrom {
     /// A file or folder in any layout that [`read_dataset`] knows.

@@ -13,9 +13,9 @@ const RESULT: &str = "result.json";
 /// What an argument that names a model or a run refers to.
 #[derive(Debug)]
 pub enum ModelOrRun {
-    /// The run directory of a trained net.
+    /// The argument is the run directory of a trained net.
     Net,
-    /// A model file.
+    /// The argument is a model file, or a folder that contains one.
     Model {
         /// Path of the model file.
         file: PathBuf,

@@ -32,7 +32,7 @@ pub struct Plan {
     ///
     /// Each has one value per trajectory of the batch.
     pub start: Vec<Named>,
-    /// Times of the samples, s, increasing.
+    /// Times of the samples to simulate, s, increasing.
     pub times: Vec<f64>,
     /// Values of the inputs at the sample times, by name, shared by all trajectories of the batch.
     pub inputs: Vec<Named>,

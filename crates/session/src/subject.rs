@@ -5,7 +5,7 @@ use augsim_physics::model::ModelFile;
 use augsim_system::Parameter;
 use std::path::Path;
 
-/// A model file of any kind.
+/// A model that is read from a file of any kind: built-in scenario or equations.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Subject {
     /// A model of a built-in scenario: the ball, or pushing.
@@ -15,7 +15,7 @@ pub enum Subject {
 }
 
 impl Subject {
-    /// Reads a model file of any kind.
+    /// Reads a model file of any kind: built-in scenario or equations.
     ///
     /// # Errors
     /// The first mistake, with file, line and remedy.

@@ -21,7 +21,7 @@ pub struct Example {
     pub channel: String,
     /// Unit of the plotted channel.
     pub unit: String,
-    /// Times of the samples, s.
+    /// Times of the trajectory's samples, s.
     pub t_s: Vec<f64>,
     /// Measured values of the channel; NaN at gaps.
     pub measured: Vec<f64>,
@@ -38,7 +38,7 @@ pub struct Example {
 /// Outlines of a pushed object and of the rod, seen from above; coordinates in m.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TopView {
-    /// Outline of the object at the start.
+    /// Outline of the object at the start of the push.
     pub start: Vec<[f64; 2]>,
     /// Outlines of the object at the end: measured, predicted by the declared model, by the augmented model.
     pub ends: [Vec<[f64; 2]>; 3],
@@ -61,7 +61,7 @@ pub(super) fn blocks(d: &Discovery, pictures: &[Example]) -> Vec<Block> {
     blocks
 }
 
-/// Grid of the figures of examples.
+/// Arranges the figures of examples in a grid with legend and caption; `None` if there are none.
 ///
 /// `are_free_runs` is true for whole recordings, false for the examples of the result.
 fn grid(d: &Discovery, examples: &[Example], are_free_runs: bool) -> Option<Block> {

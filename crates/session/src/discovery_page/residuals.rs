@@ -30,7 +30,7 @@ pub struct EffectCurve {
     pub of_unit: String,
     /// Values of the quantity that the effect depends on.
     pub x: Vec<f64>,
-    /// Value that the effect adds at each `x`.
+    /// Value that the effect adds at each value in `x`.
     pub y: Vec<f64>,
 }
 

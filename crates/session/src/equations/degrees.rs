@@ -13,9 +13,9 @@ use std::f64::consts::TAU;
 
 /// Ratio of the residual in radians to that in degrees above which the values are taken for degrees.
 ///
-/// Two fits to the same noise of `n` samples differ by a share of some `1 / sqrt(2 n)`, 7 % for the smallest sets
-/// of 100 samples. In the right unit the residual is the noise; a model with half of the residual in degrees is
-/// wrong in radians, or lacks so much that the unit has to be confirmed (`--accept angle-in-degrees`).
+/// Two fits to the same noise of `n` samples differ by a share of some `1 / sqrt(2 n)`, 7 % for the smallest sets of
+/// 100 samples. In the right unit the residual is the noise; a model with half of the residual in degrees is wrong in
+/// radians, or lacks so much that the unit has to be confirmed (`--accept angle-in-degrees`).
 const MIN_RESIDUAL_RATIO: f64 = 2.0;
 
 /// Checks that columns of radians do not hold degrees.

@@ -60,7 +60,7 @@ pub fn complete(
 pub struct CalibratedProblem {
     /// The declared model with its calibrated values.
     pub declared: CalibratedModel,
-    /// The data in the columns of the model.
+    /// The data, downsampled where possible, in the columns of the model.
     pub data: Dataset,
     /// Notes for the user on what was fixed or downsampled, one sentence each.
     pub notes: Vec<String>,

@@ -5,7 +5,7 @@ use augsim_data::{Dataset, Trajectory};
 use augsim_equations::EquationSystem;
 use augsim_system::Record;
 
-/// Maximum downsampling factor.
+/// Maximum downsampling factor: at least one sample in this many is kept.
 const MAX_FACTOR: usize = 8;
 
 /// Data of which only every n-th sample is kept, without loss of information.

@@ -21,15 +21,15 @@ const BURN_IN: usize = 20;
 const MAX_INTERPOLATION_ERROR: f64 = 0.02;
 /// Number of samples of the windows from which the scales of quantities are estimated.
 const WINDOW_SAMPLES: usize = 400;
-/// Maximum number of plotted records.
+/// Maximum number of records whose free runs are plotted.
 const MAX_RECORDS: usize = 2;
 
 /// Figures for the report of a discovery.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Figures {
-    /// Records with the free runs of both models.
+    /// Plotted records with free runs of the calibrated and of the augmented model.
     pub examples: Vec<Example>,
-    /// Added effects as curves.
+    /// Curves of the added effects over the quantities they depend on.
     pub curves: Vec<EffectCurve>,
 }
 

@@ -36,7 +36,7 @@ pub struct OutOfTime {
     pub calibrated: Option<PathBuf>,
 }
 
-/// A calibrated model.
+/// An equation model calibrated on records, with the details of the fit.
 #[derive(Debug)]
 pub struct Fitted {
     /// The model with the calibrated values and the chosen input interpolation.
@@ -45,11 +45,11 @@ pub struct Fitted {
     pub calibration: Calibration,
     /// Residual norm with each input interpolation that was tried, relative to the best.
     pub holds: Vec<(Hold, f64)>,
-    /// Integration steps per sample interval.
+    /// Number of integration steps per sample interval.
     pub substeps: usize,
 }
 
-/// Calibrates a model.
+/// Calibrates an equation model on records: input interpolation, parameters and initial states.
 ///
 /// If the model does not declare the interpolation of its inputs, each is tried, and the one with the
 /// smallest residual over equal windows is chosen. After `until` the best values so far are returned.
@@ -147,7 +147,7 @@ pub(super) fn short_fit(model: &Model, records: &[Record]) -> anyhow::Result<Vec
     Ok(calibrate_tuned(tuned, &short_windows, records, Some(0), None)?.rmse().to_vec())
 }
 
-/// Whether a deadline has passed.
+/// Whether the deadline `until` has passed; false without one.
 fn is_past(until: Option<Instant>) -> bool {
     until.is_some_and(|until| Instant::now() >= until)
 }
@@ -156,9 +156,8 @@ fn is_past(until: Option<Instant>) -> bool {
 ///
 /// Also returns the integration steps per sample interval.
 ///
-/// Steps are chosen at the declared values. If the calibrated values need finer steps or another method, the fit
-/// is repeated with them, so that the result does not depend on the step. `doublings` bounds the length of the
-/// windows.
+/// Steps are chosen at the declared values. If the calibrated values need finer steps or another method, the fit is
+/// repeated with them, so that the result does not depend on the step. `doublings` bounds the length of the windows.
 ///
 /// # Errors
 /// The model cannot be simulated, or the calibrated values need finer steps after each of [`MAX_STEP_ROUNDS`] fits.

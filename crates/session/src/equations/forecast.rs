@@ -13,7 +13,7 @@ const HORIZONS_S: [f64; 3] = [0.1, 0.5, 2.0];
 /// A free run over one record: measured and predicted outputs at its samples.
 #[derive(Debug)]
 pub struct FreeRun {
-    /// Times of the samples, s.
+    /// Times of the record's samples, s.
     pub times: Vec<f64>,
     /// Measured values of the outputs, `[output][sample]`.
     pub measured: Vec<Vec<f64>>,

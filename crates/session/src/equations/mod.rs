@@ -15,7 +15,7 @@ pub mod states;
 use augsim_equations::{Model, ModelError};
 use std::path::Path;
 
-/// Whether a file is an equation model.
+/// Whether a file contains an equation model.
 ///
 /// `false` for an unreadable file, which the reader of other models reports.
 pub fn is_model(path: &Path) -> bool {

@@ -42,7 +42,7 @@ struct NoValues {
     model: String,
 }
 
-/// Data in the columns of a model.
+/// Measured data in the columns of an equation model.
 #[derive(Debug)]
 pub struct ModelData {
     /// Data whose columns are the inputs of the model, then its outputs, by name.
@@ -77,7 +77,7 @@ pub struct OpenTable {
     csv: NamedCsv,
 }
 
-/// Opens data in the columns of a model.
+/// Opens measured data in the columns of an equation model; reads only the header.
 ///
 /// # Errors
 /// The file cannot be opened.

@@ -33,7 +33,7 @@ pub enum ClockError {
          resample the data so that every row has an output"
     )]
     Irregular {
-        /// Name of the trajectory.
+        /// Name of the trajectory with the deviating step.
         id: String,
         /// Time of the sample before the deviating step, s.
         at: f64,
@@ -47,14 +47,14 @@ pub enum ClockError {
         "trajectory `{id}`: samples every {found} s, but the net was trained on steps of {step_s} s; resample the data"
     )]
     Other {
-        /// Name of the trajectory.
+        /// Name of the trajectory with the other sampling step.
         id: String,
         /// Sampling step of the trajectory, s.
         found: f64,
         /// Sampling step of the training data, s.
         step_s: f64,
     },
-    /// No trajectory has two samples.
+    /// No trajectory has two samples, so there is no sampling step.
     #[error("no trajectory has two samples; a net is trained on steps from sample to sample")]
     None,
 }

@@ -16,17 +16,17 @@ const C: &str = include_str!("ball.c.txt");
 /// The place in an exported program that an effect of the ball changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Place {
-    /// The velocity of the air (wind).
+    /// The effect changes the velocity of the air (wind).
     Air,
-    /// The acceleration of the ball in flight.
+    /// The effect changes the acceleration of the ball in flight.
     Forces,
-    /// The coefficient of restitution at an impact.
+    /// The effect changes the coefficient of restitution at an impact.
     Bounce,
-    /// The velocity of the ball along the ground at an impact.
+    /// The effect changes the velocity of the ball along the ground at an impact.
     Friction,
-    /// The position that the sensor reads.
+    /// The effect changes the position that the sensor reads.
     Sight,
-    /// A constant of the program, given by its name in the program.
+    /// The effect sets a constant of the program, given by its name in the program.
     Constant(&'static str),
 }
 

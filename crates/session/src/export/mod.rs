@@ -15,18 +15,18 @@ use augsim_data::Unit;
 use augsim_physics::model::{EffectBlock, ModelFile};
 use augsim_system::Parameter;
 
-/// Languages that a model can be exported to.
+/// The language or format to which a model is exported.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Language {
-    /// A LaTeX document.
+    /// The model is exported as a LaTeX document.
     Latex,
-    /// A Python 3 program without dependencies.
+    /// The model is exported as a Python 3 program without dependencies.
     Python,
-    /// A C99 program that needs only the C library.
+    /// The model is exported as a C99 program that needs only the C library.
     C,
 }
 
-/// Exports a model to a language.
+/// Exports a model, with its parameter values, to a language.
 ///
 /// # Errors
 /// [`Usage`](crate::Usage) names the part of the model that cannot be exported, and an alternative; a model of

@@ -418,7 +418,7 @@ impl Program<'_> {
         if self.is_c() { format!("    (void)next;\n{text}") } else { text + "    return list(x)\n" }
     }
 
-    /// Writes one branch for each event.
+    /// Writes one branch, `if event == i`, for each event; `bodies` are the statements in the branches.
     fn branches(&self, bodies: impl Iterator<Item = String>, arguments: &[&str]) -> String {
         if self.is_c() {
             let casts: String = arguments.iter().map(|name| format!("(void){name}; ")).collect();

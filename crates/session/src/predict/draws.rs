@@ -12,7 +12,7 @@ use augsim_system::Record;
 pub struct RecordDraws {
     /// Name of the record in the data.
     pub id: String,
-    /// Times of the samples, s.
+    /// Times of the record's samples, s.
     pub times: Vec<f64>,
     /// Measured values of the outputs, `[output][sample]`; NaN at gaps.
     pub measured: Vec<Vec<f64>>,

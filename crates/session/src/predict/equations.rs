@@ -80,9 +80,9 @@ pub(super) fn run_all(
 pub(super) struct FittedInitialState {
     /// Number of first samples that the initial state was fitted to.
     pub known: usize,
-    /// The record with all later samples set to NaN.
+    /// The record with all samples after the first `known` ones set to NaN.
     pub early_part: Record,
-    /// The initial state that fits these samples.
+    /// The initial state that fits the first samples.
     pub initial_state: InitialStateEstimate,
     /// Measurement noise of each output: declared, fitted, or else estimated from the first samples.
     pub noise: Vec<SensorNoise>,

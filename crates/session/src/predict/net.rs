@@ -131,7 +131,7 @@ impl<'a> NetPrediction<'a> {
         collect_in_order(pairs.map(|(i, (read, prepared))| self.predict_named(read, prepared, i as u64)))
     }
 
-    /// As [`predict`](Self::predict), with errors that name the record.
+    /// Predicts one record as [`predict`](Self::predict) does, with errors that name the record.
     fn predict_named(&self, read: &Record, prepared: &Record, stream: u64) -> anyhow::Result<RecordDraws> {
         self.predict(read, prepared, stream).with_context(|| format!("trajectory `{}`", read.id))
     }

@@ -9,7 +9,7 @@ use serde::Serialize;
 /// Scores of one model's predictions of one output.
 #[derive(Debug, Serialize)]
 pub struct OutputScores {
-    /// Name of the model.
+    /// Name of the model that predicts.
     pub model: String,
     /// Errors of the noise-free prediction of the output.
     #[serde(flatten)]

@@ -6,13 +6,13 @@ use std::fmt;
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[expect(missing_docs, reason = "Display shows them")]
 pub enum Missing {
-    /// The folder of the measured data sets of a reproduction.
+    /// The request lacks the folder of the measured data sets of a reproduction.
     MeasuredSets { scenario: &'static str },
-    /// The model of the system in the data.
+    /// The request lacks a physics model of the system in the data.
     Model { data: String },
-    /// The configuration of a run to be saved.
+    /// The run to be saved has no configuration.
     Configuration,
-    /// The table in memory that a run was trained on.
+    /// The table in memory that the run was trained on cannot be read again.
     Table { name: String },
 }
 

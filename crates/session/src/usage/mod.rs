@@ -43,7 +43,7 @@ pub enum Usage {
          given"
     )]
     Clock { duration_s: f64, rate_hz: f64, most: u64 },
-    /// A name is unknown.
+    /// A name in the request is unknown.
     #[error("{0}")]
     Unknown(UnknownName),
     /// The request lacks a setting, data or a file.

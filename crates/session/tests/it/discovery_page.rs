@@ -1,5 +1,5 @@
-//! Contract: the page of a discovery shows findings, leads and errors in order, says whether its examples
-//! were held out, and escapes every text.
+//! Contract: the report of a discovery shows findings, unconfirmed effects and errors in order, says whether
+//! its examples were held out, and escapes every text.
 
 use augsim_data::random_stream;
 use augsim_discovery::{Discovery, Lead, NullRecords, Options};
@@ -15,7 +15,7 @@ fn subject() -> Subject {
     Subject::parse(MODEL, "model.toml").expect("a model")
 }
 
-/// Thirty drops with a quadratic drag of 0.03 per metre, measured at 60 Hz with 2 mm of noise.
+/// Simulates thirty drops with a quadratic drag of 0.03 per metre, measured at 60 Hz with 2 mm of noise.
 fn drops() -> DataFrom {
     let (g, k) = (9.81_f64, 0.03_f64);
     let mut csv = "trajectory,t_s,height_m\n".to_owned();
@@ -96,7 +96,7 @@ fn examples_are_captioned_as_held_out_or_fitted() {
     assert!(html(&found).contains("Trajectories that the models were fitted to."));
 }
 
-/// Replaces every string that is not the name of an enum variant.
+/// Replaces every string in a JSON value that is not the name of an enum variant.
 fn replace_texts(value: &mut serde_json::Value, text: &str) {
     const WORDS: [&str; 3] = ["verdict", "by", "code"];
     match value {

@@ -12,7 +12,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Number of effects that are added to a model together, so that the test compiles few programs.
+/// Number of effects that are added to a model at once, so that the test compiles few programs.
 const EFFECTS_PER_PROGRAM: usize = 8;
 
 /// A driven oscillator with every kind of hold, a delay, a table, dry friction of undeclared width, an event with a
@@ -56,7 +56,7 @@ set = { d_main = "-x_main * d_main" }
 rest = { below = 0.01, hold = ["main"], until = "v1 < 0" }
 "#;
 
-/// A thermal system with one flow state, whose laws differ from those of forces.
+/// A thermal system with one flow state, to which other effects apply than to forces.
 const FLOW: &str = r#"
 scenario = "system"
 name = "flow"
@@ -91,7 +91,7 @@ fn printed(program: &str, args: &[&str], dir: &Path) -> Option<String> {
     Some(String::from_utf8(out.stdout).expect("text"))
 }
 
-/// An empty folder for the programs of one test.
+/// Creates an empty folder for the programs of one test.
 fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("exported-{name}"));
     let _ = std::fs::remove_dir_all(&folder);
@@ -99,7 +99,7 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
-/// The numbers of a CSV text after its header and first column.
+/// Reads the numbers of a CSV text after its header and first column.
 fn values(csv: &str) -> Vec<f64> {
     let rows = csv.lines().skip(1).flat_map(|line| line.split(',').skip(1));
     rows.map(|field| field.parse().unwrap_or(f64::NAN)).collect()
@@ -188,7 +188,7 @@ fn every_part_of_a_model_is_exported() {
     }
 }
 
-/// An expression with every quantity of the model replaced by `z`.
+/// Replaces every quantity of the model in an expression by `z`.
 fn shape_of(text: &str, model: &Model) -> String {
     let states = model.states.iter().map(|s| &s.name);
     let known: Vec<&String> = states

@@ -16,10 +16,10 @@ const MODEL: &str = "scenario = \"system\"\n[states]\nexcess_K = { start = \"rea
     [outputs]\nreading_K = { value = \"excess_K\", sd = \"estimate\" }\n";
 const STEP_S: f64 = 0.5;
 const SAMPLES: usize = 200;
-/// Samples that an initial state is fitted to: too few to estimate the noise from them alone.
+/// Number of samples that an initial state is fitted to: too few to estimate the noise from them alone.
 const BURN_IN: usize = 5;
 
-/// Trajectories with coloured process noise of 1 K/s (correlation time 2 s) and measurement noise of 0.1 K.
+/// Simulates trajectories with coloured process noise of 1 K/s (correlation time 2 s) and measurement noise of 0.1 K.
 fn table(seed: u64, trajectories: usize) -> DataFrom {
     let mut csv = "trajectory,t_s,reading_K\n".to_owned();
     for j in 0..trajectories {
@@ -54,7 +54,7 @@ fn coverage(model: &Model, data: &DataFrom) -> f64 {
     f64::from(inside as u32) / f64::from(count as u32)
 }
 
-/// Trajectories without process noise, with 0.1 K of white or autocorrelated (2 s) measurement noise.
+/// Simulates trajectories without process noise, with 0.1 K of white or autocorrelated (2 s) measurement noise.
 fn quiet(seed: u64, trajectories: usize, autocorrelated: bool) -> DataFrom {
     let mut csv = "trajectory,t_s,reading_K\n".to_owned();
     for j in 0..trajectories {
@@ -72,8 +72,7 @@ fn quiet(seed: u64, trajectories: usize, autocorrelated: bool) -> DataFrom {
     DataFrom::Table { name: "quiet".into(), csv: csv.into_bytes().into() }
 }
 
-/// The initial state is fitted to the first samples only, which are too few to estimate the measurement noise
-/// from.
+/// The first samples, to which the initial state is fitted, are too few to estimate the measurement noise.
 #[test]
 fn estimated_measurement_noise_gives_bands_with_nominal_coverage() {
     for (autocorrelated, cause) in [(false, NoiseSource::Sensor), (true, NoiseSource::AutocorrelatedSensor)] {
@@ -112,7 +111,7 @@ fn estimated_process_noise_gives_bands_with_nominal_coverage() {
     assert!(narrow < 0.6 && (0.85..0.95).contains(&wide), "{narrow} without, {wide} with");
 }
 
-/// Two losses that the data determine only as their sum, with a covariance that says so or without it.
+/// A model with two losses of which data determine only the sum, with or without a covariance that says so.
 fn two_losses(covariance: &str) -> Model {
     let rate = "excess_K = \"-(first_per_s + second_per_s) * excess_K\"";
     let text = MODEL
