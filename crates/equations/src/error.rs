@@ -12,7 +12,7 @@ use thiserror::Error;
 pub struct Place {
     /// Name of the file, or another name for the source of the text.
     pub file: String,
-    /// Line, from 1.
+    /// Line number in the model file, from 1.
     pub line: usize,
     /// Table and key, such as `rates.omega_rad_s`; empty for the file as a whole.
     pub key: String,
@@ -21,11 +21,11 @@ pub struct Place {
 /// An expression with a part of it marked, for an error message.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Excerpt {
-    /// Text of the whole expression.
+    /// Text of the whole expression, of which a part is marked.
     pub text: String,
-    /// First marked byte of the text.
+    /// Index of the first marked byte of the text.
     pub start: usize,
-    /// Byte after the last marked one of the text.
+    /// Index of the byte after the last marked one of the text.
     pub end: usize,
 }
 

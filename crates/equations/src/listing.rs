@@ -50,7 +50,7 @@ pub struct Assignment {
 pub struct Routine {
     /// Assignments in an order in which they can be evaluated.
     pub assignments: Vec<Assignment>,
-    /// Results of the routine.
+    /// Values that the routine computes, as operands.
     pub results: Vec<Value>,
 }
 
@@ -59,14 +59,14 @@ pub struct Routine {
 pub enum Variable {
     /// The derivative is taken with respect to a state, by index.
     State(usize),
-    /// The derivative is taken with respect to time.
+    /// The derivative is taken with respect to the time.
     Time,
 }
 
 /// Derivatives that are not always 0, each for one value and one variable.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Derivatives {
-    /// The routine that computes the derivatives.
+    /// Routine whose results are the derivatives.
     pub routine: Routine,
     /// For each result of the routine: index of the value that is differentiated, and the variable.
     pub entries: Vec<(usize, Variable)>,

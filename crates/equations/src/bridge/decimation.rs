@@ -86,7 +86,7 @@ fn decimate_task(engine_task: &EngineTask, every: usize) -> Option<EngineTask> {
     Some(EngineTask { record, start: engine_task.start.clone(), parameters: engine_task.parameters.clone() })
 }
 
-/// Keeps every `every`-th of the sample times.
+/// Keeps every n-th of the sample times, n = `every`.
 fn decimate_times(times: &[f64], every: usize) -> Vec<f64> {
     times.iter().copied().step_by(every).collect()
 }

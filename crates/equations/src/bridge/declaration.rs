@@ -41,7 +41,7 @@ enum Difference {
 }
 
 impl CalibratedModel {
-    /// Combines a model with its system.
+    /// Combines a declared model with the system compiled from it.
     pub fn new(model: Model, system: EquationSystem) -> Self {
         Self { model, system }
     }
@@ -55,7 +55,7 @@ impl CalibratedModel {
         self
     }
 
-    /// The declared model.
+    /// The declared model, without added effects.
     pub fn model(&self) -> &Model {
         &self.model
     }

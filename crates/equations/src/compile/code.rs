@@ -24,16 +24,16 @@ pub enum Code {
     Multiply,
     Divide,
     Negate,
-    /// `a * b + c` with one rounding.
+    /// Computes `a * b + c` with one rounding (fused).
     MultiplyAdd,
-    /// `a * b - c` with one rounding.
+    /// Computes `a * b - c` with one rounding (fused).
     MultiplySubtract,
-    /// `c - a * b` with one rounding.
+    /// Computes `c - a * b` with one rounding (fused).
     SubtractProduct,
     Minimum,
     Maximum,
     Absolute,
-    /// `b` if `a > 0`, else `c`.
+    /// Selects `b` if `a > 0`, else `c`.
     Select,
     /// Square root of `a`; 0 for negative `a`.
     Sqrt,

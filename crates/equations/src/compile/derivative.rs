@@ -13,9 +13,9 @@ const SQRT_SLOPE_FLOOR: f64 = 1e-6;
 /// A variable with respect to which operations are differentiated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Variable {
-    /// Index of a state.
+    /// A state, by its index in the model.
     State(usize),
-    /// Index of a parameter.
+    /// A parameter, by its index in the model.
     Parameter(usize),
     /// Time, for conditions of events that depend on it directly.
     Time,

@@ -11,9 +11,9 @@ use std::collections::BTreeMap;
 /// An integrator would step across a discontinuity in a rate; in an output or a reset it does no harm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Smoothing {
-    /// `sign(z)` becomes `tanh(z / width)`.
+    /// Discontinuities are smoothed: `sign(z)` becomes `tanh(z / width)`.
     Smooth,
-    /// `sign(z)` is -1, 0 or 1.
+    /// Discontinuities are kept: `sign(z)` is -1, 0 or 1.
     Sharp,
 }
 

@@ -176,7 +176,7 @@ impl Point {
         }
     }
 
-    /// States of the point, for changes.
+    /// States of the point, which the caller may change.
     pub(crate) fn states(&mut self) -> &mut Vec<f64> {
         &mut self.states
     }

@@ -8,7 +8,7 @@ use aligned_vec::{AVec, ConstAlign};
 /// Size of a cache line and of the widest vector, bytes.
 const LINE_BYTES: usize = 64;
 
-/// A list that starts on a cache line.
+/// A list of numbers or rows that starts on a cache line.
 pub(crate) type CacheAligned<T> = AVec<T, ConstAlign<LINE_BYTES>>;
 
 /// A list of rows with one number per lane, `L` lanes wide.

@@ -35,11 +35,11 @@ pub(super) struct Run<'r, const L: usize> {
     pub(super) states: Option<Vec<f64>>,
     /// Scratch: states and sensitivities at the start of a step.
     before: (Rows<L>, Rows<L>),
-    /// Scratch: states at the end of a step.
+    /// Scratch space: states at the end of a step.
     end: Rows<L>,
     /// Scratch: conditions of the events in the middle of a step and at its end.
     conditions: [Rows<L>; 2],
-    /// Scratch: outputs at a sample.
+    /// Scratch space: outputs at a sample.
     measured: Rows<L>,
     /// Scratch: derivatives of the outputs, `[output][seed]`.
     slopes: Rows<L>,

@@ -19,7 +19,7 @@ pub(super) const STAGES: [(f64, f64); 4] = [(0.5, 1.0), (0.5, 2.0), (1.0, 2.0), 
 pub(super) struct Slots {
     /// Number of slots of the dense Jacobian; 0 if the Jacobian is not dense.
     pub(super) dense: usize,
-    /// Number of all slots of a stage.
+    /// Number of all slots for the derivatives of one stage.
     pub(super) count: usize,
 }
 

@@ -4,10 +4,10 @@
 //!
 //! 1. `R(z) = 1 + z + z^2/2 + z^3/6 + z^4/24`, `z = -r h`
 //!
-//! instead of `exp(z)`. Beyond the stability limit (`z` = -2.79) `R` grows without bound, and near it `R` has the
-//! value of a slow mode: `R(-2.73)` is 0.92, as for a mode with `r h` = 0.08. A fit could therefore match data
-//! with a time constant that is 30 times too short. The steps of a window are divided until (2) holds, with the
-//! spectral radius `r` of the derivatives of the rates at the window's start.
+//! instead of `exp(z)`. Beyond the stability limit (`z` = -2.79) `R` grows without bound, and near it `R` has
+//! the value of a slow mode: `R(-2.73)` is 0.92, as for a mode with `r h` = 0.08. A fit could therefore match
+//! data with a time constant that is 30 times too short. The steps of a window are divided until (2) holds,
+//! with the spectral radius `r` of the derivatives of the rates at the window's start.
 //!
 //! 2. `r h <= 2.5`
 
@@ -128,8 +128,8 @@ impl System {
 
 /// Finds the fastest mode of a matrix; none (rate 0) if its rate is at most `allowed`.
 ///
-/// Every norm of a power bounds the spectral radius: `r <= |A^k|^(1/k)`. Most matrices need no more than the first
-/// norm.
+/// Every norm of a power bounds the spectral radius: `r <= |A^k|^(1/k)`. Most matrices need no more than the
+/// first norm.
 fn limiting_mode(jacobian: &[f64], n: usize, allowed: f64) -> FastestMode {
     let norm = row_sum_norm(jacobian, n);
     if norm <= allowed || !norm.is_finite() {

@@ -60,10 +60,10 @@ impl OutputChange {
 impl System {
     /// Chooses the method and the smallest number of steps per sample interval (1, 2, 4, … 64) that is accurate.
     ///
-    /// Doubling it must change the outputs by less than a hundredth of their scales (root mean square), and no
-    /// value by more than a tenth. A number that the file declares is kept. A file that declares no method gets
-    /// explicit steps, or implicit ones if the system is stiff. `scales` has one positive value per output, such
-    /// as the standard deviation of its sensor.
+    /// Doubling it must change the outputs by less than a hundredth of their scales (root mean square), and
+    /// no value by more than a tenth. A number that the file declares is kept. A file that declares no method
+    /// gets explicit steps, or implicit ones if the system is stiff. `scales` has one positive value per
+    /// output, such as the standard deviation of its sensor.
     ///
     /// # Errors
     /// [`SimulationError::Stiff`] if the file declares explicit steps and a rate is too fast for 64 of them;

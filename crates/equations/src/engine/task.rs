@@ -68,9 +68,9 @@ pub enum Seed {
 /// Integration method and number of steps of a simulation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// Integration method.
+    /// Integration method of the simulation.
     pub method: Method,
-    /// Number of steps per sample interval.
+    /// Number of integration steps per sample interval.
     pub substeps: usize,
 }
 

@@ -30,7 +30,7 @@ pub struct Candidate {
     pub excludes: Vec<String>,
     /// Kind of the simpler effect that results when the inner parameters go to their bounds; `None` if there is none.
     pub reduces_to: Option<String>,
-    /// Literature or other origin of the formula.
+    /// Literature reference or other origin of the formula.
     pub source: String,
     pub(super) states: Vec<DraftState>,
     pub(super) changes: Vec<(DraftTarget, String)>,

@@ -140,7 +140,7 @@ fn flow_pair_places(model: &Model, motion: &Kinematics) -> Vec<Place> {
     list
 }
 
-/// Places for every input.
+/// Places `input`: every input of a model.
 fn input_places(model: &Model) -> Vec<Place> {
     let to_place = |(i, input): (usize, &Input)| place_of_input(Target::Input(i), input);
     model.inputs.iter().enumerate().map(to_place).collect()

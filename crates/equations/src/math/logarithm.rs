@@ -7,7 +7,7 @@ use super::polynomial;
 
 /// High part of ln 2, whose products with whole numbers are exact.
 const LN2_HIGH: f64 = 6.931_471_803_691_238e-1;
-/// Low part of ln 2: ln 2 minus its high part.
+/// Low part of ln 2: the remainder of ln 2 after its high part.
 const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
 /// Bit pattern of sqrt(1/2): fractions are scaled to lie between sqrt(1/2) and sqrt(2), that is, around 1.
 const SQRT_HALF: u64 = 0x3fe6_a09e_667f_3bcd;

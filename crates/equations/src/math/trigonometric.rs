@@ -21,7 +21,7 @@ pub(crate) fn cos(x: f64) -> f64 {
     with_sign_flipped(if quarter & 1 == 0 { cosine } else { sine }, quarter.wrapping_add(1) & 2)
 }
 
-/// Changes the sign of `value` if `flip` is 2.
+/// Changes the sign of `value` if `flip` is 2; keeps it if `flip` is 0.
 #[inline(always)]
 fn with_sign_flipped(value: f64, flip: u64) -> f64 {
     f64::from_bits(value.to_bits() ^ (flip << 62))

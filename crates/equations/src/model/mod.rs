@@ -80,7 +80,7 @@ pub enum Hold {
     Zero,
     /// Linear interpolation between samples (first-order hold).
     Linear,
-    /// Natural cubic spline through the samples.
+    /// Interpolation by a natural cubic spline through the samples.
     Spline,
 }
 
@@ -228,7 +228,7 @@ pub struct Event {
 pub struct Table {
     /// Name of the table.
     pub name: String,
-    /// Arguments at the knots, increasing.
+    /// Arguments of the table at its knots, increasing.
     pub at: Vec<f64>,
     /// Values of the table at the knots.
     pub values: Vec<f64>,
@@ -242,9 +242,9 @@ pub enum Integrator {
     /// The file declares no method: explicit steps, or implicit ones for a stiff system.
     #[default]
     Automatic,
-    /// Classical Runge-Kutta of order 4.
+    /// Explicit steps: classical Runge-Kutta of order 4.
     Explicit,
-    /// Singly diagonally implicit Runge-Kutta of order 2, for stiff systems.
+    /// Implicit steps: singly diagonally implicit Runge-Kutta of order 2, for stiff systems.
     Implicit,
 }
 

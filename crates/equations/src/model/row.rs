@@ -32,9 +32,9 @@ pub struct Row {
     pub excludes: Vec<String>,
     /// Kind of the simpler effect that results when the inner parameters go to their bounds; `None` if there is none.
     pub reduces_to: Option<String>,
-    /// Literature or other origin of the formula.
+    /// Literature reference or other origin of the formula.
     pub source: String,
-    /// File name and line of the block.
+    /// File name and line of the block that describes the effect.
     pub place: (String, usize),
 }
 

@@ -2,7 +2,7 @@
 
 use crate::compile::Code;
 
-/// A function of one to three numbers.
+/// A mathematical function of one to three numbers that an expression may call.
 ///
 /// `if`, `table` and `slope` have their own syntax and are not listed here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -22,7 +22,7 @@ pub trait Scope {
     /// # Errors
     /// The problem with the name, for example [`Problem::UnknownName`].
     fn symbol(&self, name: &str) -> Result<Symbol, Problem>;
-    /// Returns the index of a table.
+    /// Returns the index of the table with this name.
     ///
     /// # Errors
     /// [`Problem::UnknownTable`].
@@ -36,7 +36,7 @@ pub trait Scope {
 /// A problem in an expression, and the bytes of the text that it concerns.
 type Failure = (Problem, Range<usize>);
 
-/// Parses an expression.
+/// Parses the text of an expression to a tree.
 ///
 /// With `is_condition` it is a comparison of two expressions, stored as an `if` that returns 1 or 0.
 ///

@@ -89,12 +89,12 @@ impl Tree {
         Tree { text: format!("{value}"), nodes: vec![TreeNode { kind: Kind::Number(value), span: 0..0 }] }
     }
 
-    /// Index of the root node.
+    /// Index of the root node, which is the whole expression.
     pub fn root(&self) -> usize {
         self.nodes.len().saturating_sub(1)
     }
 
-    /// Text of a node, as written in the expression.
+    /// Text of the node number `node`, as written in the expression.
     pub fn text_of(&self, node: usize) -> &str {
         self.nodes.get(node).and_then(|n| self.text.get(n.span.clone())).unwrap_or("")
     }

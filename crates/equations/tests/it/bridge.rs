@@ -28,7 +28,7 @@ fn system(name: &str, substeps: usize) -> EquationSystem {
     EquationSystem::new(&model(name), &Scales::default()).expect("a system").with_options(options)
 }
 
-/// A record with an input that swings on its own, finer clock.
+/// Builds a record whose sinusoidal inputs have their own, finer clock than the outputs.
 fn record(system: &dyn System) -> Record {
     let clock: Vec<f64> = (0..400).map(|k| 0.005 * f64::from(k)).collect();
     let sine = |k: usize| -> Vec<f64> { clock.iter().map(|t| ((2 + k) as f64 * 3.0 * t).sin()).collect() };
@@ -320,7 +320,7 @@ fn a_measured_model_opens_the_tuned_system() {
     assert_eq!(opened.null_points(coulomb).len(), 3, "widths have a grid");
 }
 
-/// Channels of a run of the whole record from this start, `[sample][channel]`, at nominal values.
+/// Simulates the channels of a whole record from `start` at nominal values, `[sample][channel]`.
 fn channels(system: &EquationSystem, record: &Record, start: &[f64]) -> Vec<f64> {
     let parameters: Vec<f64> = system.parameters().iter().map(|p| p.nominal).collect();
     let window = 0..record.times.len();

@@ -20,7 +20,7 @@ impl Dual {
     fn of(value: f64) -> Dual {
         Dual(value, [0.0; VARIABLES])
     }
-    /// Value of a function of two duals, with its partial derivatives `a` and `b`.
+    /// Combines two dual numbers to the value of a function of both, with its partial derivatives `a` and `b`.
     fn join(self, other: Dual, value: f64, a: f64, b: f64) -> Dual {
         let part = |slope: f64, d: f64| if d == 0.0 { 0.0 } else { slope * d };
         Dual(value, std::array::from_fn(|i| part(a, self.1[i]) + part(b, other.1[i])))
@@ -46,7 +46,7 @@ fn operands(kind: &Kind) -> Vec<usize> {
     }
 }
 
-/// Value and derivatives of an expression.
+/// Computes value and derivatives of an expression with dual numbers, independently of the compiler.
 ///
 /// A division by exactly 0, a negative power of 0, and `atan2` on its cut are NaN, and so is everything
 /// computed from them: the compiler may fold a part of such an expression (0/0 to 0), and the sign of a zero
@@ -85,7 +85,7 @@ fn oracle(model: &Model, tree: &Tree, at: &Point<'_>) -> Dual {
     *values.last().expect("a tree has a node")
 }
 
-/// Value of a symbol, with its derivatives.
+/// Value of a quantity of the model at a point, with its derivatives.
 fn symbol_value(model: &Model, symbol: Symbol, at: &Point<'_>) -> Dual {
     let (value, lane) = match symbol {
         Symbol::State(i) => (at.state[i], Some(i)),
@@ -97,7 +97,7 @@ fn symbol_value(model: &Model, symbol: Symbol, at: &Point<'_>) -> Dual {
     Dual(value, std::array::from_fn(|i| f64::from(u8::from(lane == Some(i)))))
 }
 
-/// Value of a function of one to three duals, with its derivatives.
+/// Value of a function of one to three dual numbers, with its derivatives.
 fn call(function: Function, operands: &[Dual]) -> Dual {
     let (a, x) = (operands[0], operands[0].0);
     let (b, y) = operands.get(1).map_or((a, 0.0), |b| (*b, b.0));
@@ -141,7 +141,7 @@ fn call(function: Function, operands: &[Dual]) -> Dual {
     }
 }
 
-/// Value of a smoothed condition that compares two duals and selects one of two others.
+/// Value of a smoothed condition that compares two dual numbers and selects one of two others.
 fn smooth_if(comparison: Comparison, [left, right]: [Dual; 2], [then, otherwise]: [Dual; 2]) -> Dual {
     let (difference, yes, no) = match comparison {
         Comparison::Less => (minus(right, left), then, otherwise),

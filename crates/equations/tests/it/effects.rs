@@ -31,7 +31,7 @@ fn with(name: &str, blocks: &str) -> Model {
 
 const OPTIONS: Options = Options { method: Method::RungeKutta, substeps: 4 };
 
-/// A record of inputs that sine, and a start in the middle of things.
+/// Builds a record with sinusoidal inputs, and an initial state in which no state is 0.
 fn scene(model: &Model) -> (Record, Vec<f64>) {
     let times: Vec<f64> = (0..60).map(|k| 0.02 * f64::from(k)).collect();
     let sine = |k: usize| -> Vec<f64> { times.iter().map(|t| 1.0 + ((3 + k) as f64 * t).sin()).collect() };

@@ -32,7 +32,7 @@ fn all_seeds(system: &System) -> Vec<Seed> {
     parameters.chain((0..system.model().states.len()).map(Seed::Start)).collect()
 }
 
-/// One window over a whole record.
+/// Simulates one window that covers a whole record.
 fn whole(
     system: &System,
     record: &Record,
@@ -44,8 +44,9 @@ fn whole(
     system.simulate(&[window], seeds, options).pop().expect("one window, one result")
 }
 
-/// Largest difference between the engine's derivatives and central differences of its values, relative to the
-/// size of each derivative's column.
+/// Largest difference between the engine's derivatives and central differences of its values.
+///
+/// Relative to the size of each derivative's column.
 fn derivative_error(system: &System, record: &Record, start: &[f64], options: &Options) -> f64 {
     let parameters = system.model().nominals();
     let seeds = all_seeds(system);
@@ -96,8 +97,10 @@ set = { velocity_m_s = "-restitution * velocity_m_s" }
 rest = { below_m_s = 1e-4, hold = ["height_m"] }
 "#;
 
-/// Height of a ball dropped from `drop` after `t`, with its derivatives by gravity, restitution and drop:
-/// arcs begin at times t1 (1 + 2e + 2e^2 + …), t1 = sqrt(2 drop / g), with speed e^k g t1.
+/// Height of a bouncing ball at time `t` (s) after its drop from height `drop`, with derivatives.
+///
+/// The derivatives are by gravity, restitution and drop height. Arcs begin at times t1 (1 + 2e + 2e^2 + …),
+/// t1 = sqrt(2 drop / g), with speed e^k g t1.
 fn bounced(t: f64, [g, e, drop]: [f64; 3]) -> (f64, [f64; 3], usize) {
     let first = (2.0 * drop / g).sqrt();
     let first_by = [-0.5 * first / g, 0.0, 0.5 * first / drop];
@@ -190,8 +193,9 @@ fn runge_kutta_has_order_four() {
     assert!((slope - 4.0).abs() < 0.15, "order {slope}");
 }
 
-/// Windows of different starts and parameters over one record of the mass with a stop, of which many strike
-/// it.
+/// Builds windows of different initial states and parameters over one record of the mass with a stop.
+///
+/// In many of the windows the mass strikes the stop.
 fn scene() -> (System, Record, Vec<Vec<f64>>, Vec<Vec<f64>>) {
     let system = compiled(example("mass-spring-stop").expect("the example"));
     let t = times(60, 0.02);

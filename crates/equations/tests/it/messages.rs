@@ -6,12 +6,12 @@
 
 use augsim_equations::{System, example, model};
 
-/// The error of the pendulum's file with `old` replaced by `new`.
+/// Error message of the pendulum's model file with `old` replaced by `new`.
 fn with(old: &str, new: &str) -> String {
     changed("pendulum", &[(old, new)])
 }
 
-/// The error of an example's file after these replacements.
+/// Error message of an example's model file after these replacements.
 fn changed(name: &str, changes: &[(&str, &str)]) -> String {
     let mut text = example(name).expect("an example of that name").to_owned();
     for (old, new) in changes {
