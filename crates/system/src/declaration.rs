@@ -10,7 +10,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 use thiserror::Error;
 
-/// The value of a parameter after a fit.
+/// A fitted parameter value, with its interval.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fitted {
     /// Fitted value of the parameter, or one value per group of records.
@@ -22,7 +22,7 @@ pub struct Fitted {
 /// Fitted value of a parameter: one for all records, or one per group of records.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FittedValues {
-    /// One value for the records of all groups.
+    /// One value of the parameter for the records of all groups.
     One(f64),
     /// Name of each group, and the value of the parameter for it.
     ByGroup(Vec<(String, f64)>),

@@ -39,7 +39,7 @@ pub enum Start {
     Estimate,
     /// Start at the one-step estimate, clamped to these bounds (one pair of lower and upper per parameter).
     Within(Vec<[f64; 2]>),
-    /// Start at these values of the parameters.
+    /// Start at these parameter values.
     At(Vec<f64>),
 }
 

@@ -17,7 +17,7 @@ pub struct Stream {
 /// An event, such as an impact, that is detected in the data before any model is fitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DetectedEvent {
-    /// Time of the detected event, s.
+    /// Time at which the event was detected, s.
     pub time: f64,
     /// Rough estimate of the event's parameter (for an impact: the restitution).
     pub value: f64,

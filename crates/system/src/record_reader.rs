@@ -97,7 +97,7 @@ impl<'d> RecordReader<'d> {
     }
 }
 
-/// Reads the samples of an input in a trajectory.
+/// Reads the samples of one input from a trajectory.
 fn stream(t: &Trajectory, input: &Source) -> Stream {
     let rows: Vec<usize> = (0..t.len()).filter(|&k| input.is_sampled(t, k)).collect();
     let at = |column: &[f64]| rows.iter().map(|&k| column[k]).collect();

@@ -154,7 +154,7 @@ pub struct Schema {
     pub clock: Option<usize>,
     /// Quantities that a table may depend on; residuals are also plotted against them.
     pub features: Vec<Quantity>,
-    /// Quantities that a table may add to.
+    /// Quantities to which a table may add.
     pub targets: Vec<Target>,
     /// Forecast horizons, s, of a system whose states are all measured.
     pub horizons_s: Vec<f64>,
