@@ -22,7 +22,7 @@ pub enum Battery {
     Unlisted,
     /// Unusual noise (correlation, jitter, outliers or wrong scale) and no effect.
     Noise,
-    /// One effect of the library, and a smooth residual that differs in each record.
+    /// One effect of the effect library is missing, and a smooth residual differs in each record.
     Misfit,
     /// A smooth residual that differs in each record, and no effect.
     MisfitNull,
@@ -42,7 +42,7 @@ pub struct Row {
 /// Counts over all generated sets of one run.
 #[derive(Clone, Debug, Default)]
 pub struct Summary {
-    /// Number of sets.
+    /// Number of generated sets.
     pub sets: usize,
     /// Number of sets in which a fit of the true effects has a better penalised likelihood (visible effects).
     pub visible: usize,
@@ -61,9 +61,9 @@ pub struct Summary {
     /// They are counted apart because a smooth residual that differs between records looks like a random
     /// effect to any likelihood that does not model its form.
     pub scatter_covered: (usize, usize),
-    /// RMSE of the augmented model relative to that of a fit with the true effects.
+    /// For each set with visible effects: RMSE of the augmented model divided by that of a fit of the true effects.
     pub ratios: Vec<f64>,
-    /// Duration of each discovery, s.
+    /// Run time of each discovery, s.
     pub seconds: Vec<f64>,
 }
 

@@ -15,9 +15,9 @@ pub struct Case {
     pub label: String,
     /// Values of the operands of the operation.
     pub inputs: Vec<Input>,
-    /// The operation in double precision.
+    /// Function that records the operation in double precision.
     pub double: Recorded<f64>,
-    /// The operation in single precision.
+    /// Function that records the operation in single precision.
     pub single: Recorded<f32>,
 }
 

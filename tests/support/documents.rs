@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-/// Root folder of the workspace.
+/// Path of the root folder of the workspace.
 pub fn root() -> PathBuf {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     here.ancestors().nth(2).expect("a crate two folders below the root").to_owned()

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-/// Root folder of the workspace.
+/// Path of the root folder of the workspace.
 pub fn workspace() -> PathBuf {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let root = here.ancestors().find(|folder| folder.join("Cargo.lock").exists());

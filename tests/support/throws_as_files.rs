@@ -11,7 +11,7 @@ pub struct Style {
     pub metres: [f64; 2],
     /// Offset added to the height before it is written, m.
     pub raised_m: f64,
-    /// Seconds per time unit of the file.
+    /// Seconds per unit of time in the file.
     pub seconds: f64,
     pub decimal_comma: bool,
     /// Text that follows the fourth cell of each row.

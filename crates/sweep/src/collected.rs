@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 /// Collected results of all tasks of a plan: content of `result.json`.
 #[derive(Debug, Serialize)]
 pub struct Collected {
-    /// Schema name `augsim.sweep/1`.
+    /// Name and version of the file format: `augsim.sweep/1`.
     pub schema: &'static str,
     /// Command that all tasks run, such as `reproduce push`.
     pub command: String,

@@ -5,7 +5,7 @@
 pub struct TaskFailed {
     /// Index of the first failed task.
     pub index: usize,
-    /// Number of failed tasks.
+    /// Number of tasks of the sweep that failed.
     pub failures: usize,
     /// Exit code of the first failed task.
     pub code: u8,

@@ -14,7 +14,7 @@ pub enum SweepFault {
     /// The sweep file cannot be read.
     #[error("{}: cannot read it: {cause}", file.display())]
     Unreadable { file: PathBuf, cause: std::io::Error },
-    /// The sweep file is not TOML, or has unknown keys.
+    /// The sweep file is not valid TOML, or has unknown keys.
     #[error("{}: line {line}: {}; the grammar is in docs/sweeps.md", file.display(), one_line(cause.message()))]
     Grammar { file: PathBuf, line: usize, cause: Box<toml::de::Error> },
     /// The sweep file has the error `fault`; names the file.
@@ -116,14 +116,14 @@ fn short(sha256: &str) -> &str {
     sha256.get(..12).unwrap_or(sha256)
 }
 
-/// Error of an option in a sweep file, without the name of the option.
+/// Error of one option in a sweep file; the message does not name the option.
 #[derive(Debug)]
 pub enum OptionFault {
     /// The sweep itself sets the option, so the file must not.
     NotForSweeps { name: String },
     /// The command has no option of this name.
     Unknown { name: String, command: String, known: Vec<String> },
-    /// The option is given twice.
+    /// The sweep file gives the option twice.
     Twice,
     /// The list of an option contains a value twice.
     ValueTwice { value: String },

@@ -29,13 +29,13 @@ pub struct SweepFile {
 pub enum Value {
     /// A flag that is given or not.
     Flag(bool),
-    /// An integer.
+    /// An integer value.
     Integer(i64),
     /// A finite floating-point number.
     Number(f64),
-    /// A text.
+    /// A text, such as a name or a path.
     Text(String),
-    /// Values of an option that is given several times.
+    /// Several values, for an option that a command line may give several times.
     Several(Vec<Value>),
 }
 

@@ -43,11 +43,11 @@ pub struct Share {
 /// Numbers of accepted and rejected inputs of one file reader, and its longest time.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Number of accepted inputs.
+    /// Number of inputs that the reader accepted.
     pub accepted: u64,
-    /// Number of rejected inputs.
+    /// Number of inputs that the reader rejected.
     pub refused: u64,
-    /// Longest time for one input, ms.
+    /// Longest time in which the reader read one input, ms.
     pub slowest_ms: u64,
 }
 

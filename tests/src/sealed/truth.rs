@@ -43,7 +43,7 @@ pub enum Unlisted {
     Lens(f64),
     /// Amplitude of a horizontal acceleration that is a sine of time since release, m/s²; 1.5 Hz.
     Gust(f64),
-    /// Decrease of restitution at every bounce.
+    /// Decrease of the coefficient of restitution at every bounce.
     Fatigue(f64),
 }
 

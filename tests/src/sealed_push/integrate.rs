@@ -9,12 +9,12 @@ pub(super) const HALF_M: f64 = 0.045;
 pub(super) const ROD_M: f64 = 0.00475;
 /// Friction force of the sliding square, N: coefficient 0.15, mass 0.8374 kg.
 const SLIDING_N: f64 = 0.15 * 0.8374 * 9.81;
-/// Coefficient of friction of the support.
+/// Coefficient of friction between the square and its support.
 const SUPPORT: f64 = 0.15;
 /// Travel of the rod in one integration step, m.
 const STEP_M: f64 = 5e-4;
 
-/// The true physics of one push.
+/// True physics of one push: effect, friction model and centre of pressure.
 pub(super) struct World<'a> {
     pub truth: &'a PushTruth,
     pub surface: Surface,

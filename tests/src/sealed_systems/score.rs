@@ -31,7 +31,7 @@ const RELATIVE_SIZES: [f64; 3] = [0.05, 0.15, 0.4];
 /// Counts over all generated sets of one run.
 #[derive(Clone, Debug, Default)]
 pub struct Summary {
-    /// Number of sets.
+    /// Number of generated sets.
     pub sets: usize,
     /// Number of sets on which `augsim` ended in an error.
     pub failed: usize,
@@ -75,7 +75,7 @@ impl fmt::Display for Summary {
 pub struct Row {
     /// Truth, answer and score in one line, for the terminal.
     pub line: String,
-    /// Whether the answer is right.
+    /// Whether the discovery's answer is right.
     pub right: bool,
 }
 

@@ -15,7 +15,7 @@ const HOLD_SAMPLES: usize = 12;
 /// A generated data set, with the coefficients of its true effects.
 #[derive(Debug)]
 pub struct GeneratedSet {
-    /// Text of the data file.
+    /// Text of the data file (CSV), with inputs and noisy outputs.
     pub csv: String,
     /// True coefficient of each effect, in the unit of the rate to which it is added.
     pub amounts: Vec<f64>,

@@ -19,9 +19,9 @@ const BUMP: (usize, f64) = (3, 8.0);
 /// A generated data set: model file and data file.
 #[derive(Debug)]
 pub struct GeneratedSet {
-    /// Text of the model file.
+    /// Text of the model file that is given to the discovery.
     pub model: String,
-    /// Text of the data file.
+    /// Text of the data file (CSV) that is given to the discovery.
     pub csv: String,
 }
 
@@ -76,7 +76,7 @@ struct Truth<'a> {
     plant: &'a Plant,
     trap: &'a Trap,
     recording: usize,
-    /// Whether this is the one recording that differs, for kinds with such a recording.
+    /// Whether this is the one recording that differs from the others, if the peculiarity affects only one.
     is_one: bool,
     rate: f64,
     seed: u64,

@@ -9,14 +9,14 @@ const BAD_DATA: i32 = 3;
 /// Answer of `augsim discover` to one data set.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Answer {
-    /// A result was written.
+    /// The program wrote a result.
     Found {
         /// Verdict of the result.
         verdict: String,
         /// Kinds of the effects that the result claims.
         effects: Vec<String>,
     },
-    /// The data were rejected; holds the first line of the message.
+    /// The program rejected the data; holds the first line of its message.
     Refused(String),
     /// The program failed in another way; holds the first line of the message.
     Failed(String),
@@ -42,7 +42,7 @@ impl Answer {
 /// Whether one answer of the discovery is right, and whether it names an absent effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Judgement {
-    /// Whether the answer is right.
+    /// Whether the discovery's answer is right.
     pub is_right: bool,
     /// Whether the answer claims an effect that is neither true nor equivalent to the logging fault.
     pub names_absent_effect: bool,

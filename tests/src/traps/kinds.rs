@@ -58,7 +58,7 @@ pub enum Layout {
 /// A fault between the rig and the data file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Logging {
-    /// The input is logged this many samples late (early where negative).
+    /// The input is logged this many samples late (early if negative).
     InputLate(isize),
     /// The model declares a zero-order hold, but the true input is linear between samples.
     LinearHold,
@@ -122,7 +122,7 @@ pub enum Trap {
     Jitter,
     /// Sampling intervals vary between 0.5 and 1.5 times their mean, with right time stamps.
     Uneven,
-    /// Process noise on a rate, relative to the RMS of the rate.
+    /// Process noise acts on a rate; holds its RMS relative to that of the rate.
     ProcessNoise(f64),
     /// The input comes from a PI controller that reads the measured output.
     ClosedLoop,

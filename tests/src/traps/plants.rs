@@ -57,7 +57,7 @@ pub struct Plant {
     pub name: &'static str,
     /// Column name of the input in the data file.
     pub input: &'static str,
-    /// Column name and expression of each output.
+    /// `(column name, expression in the model file)` of each output.
     pub outputs: [(&'static str, &'static str); 2],
     /// Whether both outputs are measured in every set.
     pub has_two_outputs: bool,
@@ -71,7 +71,7 @@ pub struct Plant {
     pub sd: [f64; 2],
     /// Values of the outputs from which proportional errors are counted.
     pub zero: [f64; 2],
-    /// Sampling interval, s.
+    /// Mean sampling interval of the recordings, s.
     pub step_s: f64,
     /// Middle and half range of the input, in its unit.
     pub drive: (f64, f64),

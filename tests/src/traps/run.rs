@@ -13,9 +13,9 @@ use std::time::Instant;
 /// Counts over all data sets with a peculiarity in one run.
 #[derive(Clone, Debug, Default)]
 pub struct Summary {
-    /// Number of sets.
+    /// Number of data sets.
     pub sets: usize,
-    /// Number of sets with a right answer.
+    /// Number of data sets with a right answer.
     pub right: usize,
     /// Number of sets in which an effect was claimed that is not in the truth.
     pub absent_effects: usize,
@@ -80,7 +80,7 @@ impl fmt::Display for Summary {
 pub struct Row {
     /// Line for the terminal: seed, plant, kind, class, answer, duration.
     pub line: String,
-    /// Whether the answer is right.
+    /// Whether the discovery's answer is right.
     pub is_right: bool,
 }
 

@@ -84,7 +84,7 @@ impl Set {
 pub struct Data {
     /// Name of the data source in rows; `None` if rows have none.
     pub name: Option<&'static str>,
-    /// Source of the training set for run directories; its beginning is a smaller training set.
+    /// Source of the training set, stored in run directories; smaller training sets are its beginning.
     pub source: DataSource,
     /// Simulator of the declared model of the training set.
     pub engine: Engine,
@@ -105,13 +105,13 @@ pub struct Data {
 pub struct Laboratory {
     /// Declared (textbook) model of the pushes.
     pub declared: PushModel,
-    /// All measured pushes, the training pushes first.
+    /// All simulated measurements of the pushes, the training pushes first.
     pub data: Dataset,
     /// Source of the pushes, with their seed.
     pub source: DataSource,
-    /// Subsampled training pushes.
+    /// Training pushes, subsampled in time.
     pub train: Sequences,
-    /// Subsampled test pushes.
+    /// Test pushes, subsampled in time.
     pub test: Set,
 }
 

@@ -28,7 +28,7 @@ impl Figure {
     }
 }
 
-/// Value of a row that a column shows.
+/// Which value of a model's row a table column shows.
 #[derive(Debug, Clone, Copy)]
 pub enum Value {
     /// Number of training trajectories of the model.
@@ -83,7 +83,7 @@ pub struct Layout {
     pub crps: &'static [(&'static str, usize, f64)],
     /// Minimum width of the model column in text tables, characters.
     pub width: usize,
-    /// Columns of the tables.
+    /// Columns that the tables show, in order.
     pub shown: &'static [ColumnFormat],
     /// Notes below the tables of a page.
     pub footnotes: &'static [&'static str],

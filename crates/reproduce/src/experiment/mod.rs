@@ -41,12 +41,12 @@ use result::{CurvePoint, ResultFile};
 use rows::Row;
 use std::path::PathBuf;
 
-/// A finished experiment.
+/// Result and report of a finished experiment.
 #[derive(Debug)]
 pub struct Finished {
     /// Content of the file `result.json`.
     pub result: ResultFile,
-    /// Path of the report.
+    /// Path of the report of the experiment.
     pub report: PathBuf,
 }
 

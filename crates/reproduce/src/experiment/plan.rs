@@ -5,19 +5,19 @@ use augsim_report::page::KeyFigure;
 use augsim_trainer::Recipe;
 use std::path::PathBuf;
 
-/// One network to train.
+/// A network to train: its recipe (model class) and number of iterations.
 #[derive(Debug, Clone, Copy)]
 pub struct NetPlan {
     /// Recipe (model class) of the network.
     pub recipe: Recipe,
-    /// Number of training iterations.
+    /// Number of training iterations of the network.
     pub iterations: u64,
 }
 
 /// Plan of an experiment: networks to train on one set and to score on test sets, beside the physics.
 #[derive(Debug, Clone)]
 pub struct Experiment {
-    /// Command that repeats the experiment.
+    /// Command line that repeats the experiment.
     pub command: String,
     /// Name of the test set if it is the only one; then its generating distribution is known.
     ///
@@ -54,7 +54,7 @@ pub struct ExperimentTexts {
     pub kind: &'static str,
     /// Title of the report.
     pub title: String,
-    /// Function that summarises the outcome in two sentences.
+    /// Function that summarises the results of the experiment in two sentences.
     pub summary: fn(&ResultFile) -> String,
     /// Function that picks the key figures of the report from the results.
     pub key_figures: fn(&ResultFile) -> Vec<KeyFigure>,

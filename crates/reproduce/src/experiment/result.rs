@@ -26,7 +26,7 @@ pub struct CurvePoint {
 /// Content of `result.json`; missing parts are omitted.
 #[derive(Debug, Serialize)]
 pub struct ResultFile {
-    /// Schema name `augsim.reproduce/1`.
+    /// Name and version of the file format: `augsim.reproduce/1`.
     pub schema: &'static str,
     /// Name of the scenario: `ball` or `push`.
     pub scenario: &'static str,

@@ -49,14 +49,14 @@ pub struct Row {
     pub data: Option<&'static str>,
     /// Name of the model.
     pub model: String,
-    /// Protocol of the score.
+    /// Protocol under which the model was scored (forecast, reconstruction or lower bound).
     pub protocol: Protocol,
     /// Test set of the row; `None` if there is only one.
     #[serde(flatten)]
     pub tested: Option<Tested>,
     /// Name of the point estimate that is computed from samples.
     pub estimate: &'static str,
-    /// Errors of the point estimate.
+    /// Errors of the point estimate that `estimate` names.
     #[serde(flatten)]
     pub errors: Numbers,
     /// Errors of a second point estimate, if the model draws samples.

@@ -21,7 +21,7 @@ use std::path::Path;
 const DATA: &str = "mit-pusher-slider-runs";
 /// Sampling rate of the windows in Hz.
 const RATE_HZ: f64 = 25.0;
-/// Number of samples of a window: one second.
+/// Number of samples of a window of one second, both ends included.
 const SAMPLES: usize = 26;
 /// Sampling intervals between the starts of consecutive windows: `[training, test]`.
 ///
@@ -39,7 +39,7 @@ pub struct Measured {
     pub rows: Vec<Row>,
     /// Parameters of the physics that were fitted to the training runs.
     pub calibration: Calibration,
-    /// Names of the test runs.
+    /// Names of the measured runs that were held out for tests.
     pub test_runs: Vec<String>,
 }
 

@@ -19,12 +19,12 @@ pub struct Sizes {
     pub plus_iterations: u64,
     /// Number of repetitions of one push, for the true set and for the samples of each model.
     pub repeats: usize,
-    /// Number of training steps of the Gaussian processes.
+    /// Number of training steps of the Gaussian processes of pushing.
     pub gp_steps: usize,
 }
 
 impl Sizes {
-    /// Returns the sizes of the paper.
+    /// Returns the data sizes and numbers of iterations of the paper.
     pub fn full() -> Self {
         Sizes {
             train: 6500,
@@ -38,7 +38,7 @@ impl Sizes {
         }
     }
 
-    /// Returns sizes that take a few minutes on two cores.
+    /// Returns reduced data sizes and numbers of iterations, which take a few minutes on two cores.
     pub fn quick() -> Self {
         Sizes {
             train: 1000,

@@ -41,7 +41,9 @@ const SPIN: &str = "\n[[effect]]\nkind = \"spin-offset\"\n";
 /// The range of the spin is 1,040 rad/s to each side. Recorded spins are sometimes wrong by the full spin,
 /// and a bound that is reached spoils the forecast.
 const SPIN_SD: f64 = 600.0;
-/// Uncertainty of the table height in m: the data set gives the height of the ball centre on contact.
+/// Standard deviation of the prior of the table height, m.
+///
+/// The data set only gives the height of the ball centre on contact.
 const FLOOR_SD: f64 = 0.004;
 /// Height of the ball in m below which it may touch the table.
 const NEAR_TABLE_M: f64 = 0.08;
@@ -83,7 +85,7 @@ struct Row {
     model: &'static str,
     /// Length of the measured prefix, s.
     seen_s: f64,
-    /// Number of scored flights.
+    /// Number of held-out flights that were scored.
     flights: usize,
     /// Position error of the median forecast, mean over forecast rows, median over flights, mm.
     rest_mm: f64,
@@ -254,7 +256,7 @@ impl Learned {
 /// Held-out flights: whole, cut before the rebound, and cut after a fixed horizon.
 struct TestSets<'a> {
     whole: &'a Dataset,
-    /// Flights before the first rebound.
+    /// Held-out flights, cut before the first rebound.
     in_flight: Dataset,
     /// Flights until [`AHEAD_S`] after the prefix, one data set per prefix length.
     near: Vec<Dataset>,

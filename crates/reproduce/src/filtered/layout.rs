@@ -74,7 +74,7 @@ pub fn rows(
     Ok(Some(out))
 }
 
-/// Scores a model with each measured fraction.
+/// Scores one model with each measured fraction of the samples.
 fn score_fractions(
     (name, model): (&'static str, &dyn PrefixForecaster),
     known: (&Sensor, &InitialStatePrior),

@@ -32,7 +32,7 @@ pub struct League {
     /// Rows of the learning curves of the best classes on the first test set; may be empty.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sizes: Vec<Row>,
-    /// Verdicts, one per test set.
+    /// Comparison of all models with Hybrid+, one per test set.
     pub verdicts: Vec<Verdict>,
 }
 

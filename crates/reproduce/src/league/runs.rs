@@ -25,7 +25,7 @@ const CPU_TIME_FILE: &str = "cpu_s";
 /// Data sizes and numbers of iterations, settings and seeds of the comparison.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
-    /// Number of training trajectories.
+    /// Number of training trajectories of each model class.
     pub train: usize,
     /// Number of test trajectories of the training object and surface.
     pub test: usize,
