@@ -94,8 +94,8 @@ impl Damping {
     }
 }
 
-/// A minimisation of the cost: whether it changes theta (the shared parameters) or only nuisances, and its
-/// simulations of all records so far.
+/// A minimisation of the cost: whether it changes theta (the shared parameters) or only the nuisances
+/// (initial state, event offsets), and its simulations of all records so far.
 pub(crate) struct Descent {
     pub moves_theta: bool,
     pub work: usize,

@@ -65,8 +65,8 @@ pub(crate) struct ForecastErrors {
 }
 
 impl ForecastErrors {
-    /// Predicts the records `test`, which the fits (calibrated, augmented) have not used. `held` is the
-    /// augmented model with initial states and event offsets fitted to `test`. Windows marked in `out` are
+    /// Predicts the records `test`, which the fits (calibrated, augmented) have not used. `held` is the fit
+    /// of the second model's initial states and event offsets to `test`. Windows marked in `out` are
     /// excluded.
     pub fn measure(
         test: &ChosenRecords<'_>,

@@ -64,7 +64,8 @@ impl Lanes {
         }
     }
 
-    /// Number of derivatives with respect to parameters, which come before those of the nuisances.
+    /// Number of derivatives with respect to parameters, which come before those of the nuisances (initial
+    /// state, event offsets).
     pub fn common(&self) -> usize {
         self.theta.len() + self.extras
     }
@@ -88,7 +89,7 @@ impl Lanes {
         n
     }
 
-    /// Number of nuisances other than offsets of the events' parameter.
+    /// Number of a window's nuisances without the event offsets: initial states and parameters of the record.
     pub fn state_nuisances(&self) -> usize {
         self.start.len() + self.local.len()
     }
@@ -116,9 +117,9 @@ pub(crate) struct Point<'a> {
 }
 
 impl<'a> Point<'a> {
-    /// Collects the parameter values of hypothesis `h` at `theta`, and the initial state and offsets in
-    /// `nuisance`. `system` is that of the hypothesis, or an extension of it by further effects, which start
-    /// at their nominal values.
+    /// Collects the parameter values of hypothesis `h` at `theta` (the shared parameters), and the initial
+    /// state and offsets in `nuisance`. `system` is that of the hypothesis, or an extension of it by further
+    /// effects, which start at their nominal values.
     pub fn new(
         h: &'a Hypothesis,
         system: &'a dyn Simulate,
@@ -228,7 +229,8 @@ fn tolerance_cost(q: f64, m: f64) -> (f64, f64) {
 }
 
 /// Normal equations of one window in all its variables: `h = J'WJ`, `g = J'Wr`, and the cost `q`. J are the
-/// derivatives of the residuals r, W is the weight of the window; `q` includes the priors of the nuisances.
+/// derivatives of the residuals r, W is the weight of the window; `q` includes the priors of the nuisances
+/// (initial state, event offsets).
 #[derive(Clone, Debug)]
 pub(crate) struct NormalEquations {
     pub h: Square,
@@ -477,7 +479,8 @@ fn for_each_whitened<D: AsMut<[f64]> + Clone>(
     }
 }
 
-/// Multiplies the sums of a window by its robust weight and adds the priors of its nuisances.
+/// Multiplies the sums of a window by its robust weight and adds the priors of its nuisances (initial state,
+/// event offsets).
 fn weigh_and_add_priors(
     point: &Point<'_>,
     lanes: &Lanes,

@@ -16,8 +16,8 @@ pub(crate) struct Spread {
     pub draws: f64,
 }
 
-/// Estimates the standard deviation of the event offsets in `nuisance`, whose prior has the standard
-/// deviation `sd`.
+/// Estimates the standard deviation of the event offsets (deviations of the events' parameter) in `nuisance`,
+/// whose prior has the standard deviation `sd`.
 pub(crate) fn offset_spread(
     h: &Hypothesis,
     lanes: &[Lanes],

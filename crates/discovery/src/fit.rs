@@ -27,23 +27,26 @@ const SCATTER_TOLERANCE: f64 = 0.01;
 pub(crate) struct Fit {
     pub hypothesis: Hypothesis,
     pub theta: Vec<f64>,
-    /// Initial state, record parameters and event offsets (nuisances) of each window of the chosen records.
+    /// Initial state, record parameters and event offsets (together the nuisances) of each window of the
+    /// chosen records.
     pub nuisance: Vec<Vec<f64>>,
     /// Minimised robust cost, minus twice a log density.
     pub cost: f64,
     /// Log likelihood, up to a constant that is common to all hypotheses on the same records.
     pub ll: f64,
-    /// Information matrix of theta (the shared parameters), with the nuisances eliminated.
+    /// Information matrix of theta (the shared parameters), with the nuisances (initial state, event offsets)
+    /// eliminated.
     pub information: Square,
     /// For each window: squared norm of the residuals, in units of the noise, and their degrees of freedom.
     pub residual_norms: Vec<[f64; 2]>,
-    /// Standard deviation of the event offsets.
+    /// Standard deviation of the event offsets, deviations of the events' parameter from its common value.
     pub spread: Spread,
     /// Simulated events in each window of the chosen records.
     pub events: Vec<Vec<Event>>,
 }
 
-/// Joins the fitted nuisances of several samples of records, in the order of the records in the data.
+/// Joins the fitted nuisances (initial state, event offsets) of several samples of records, in the order of
+/// the records in the data.
 pub(crate) fn merge_nuisances(parts: &[(&ChosenRecords<'_>, &Fit)]) -> Vec<Vec<f64>> {
     let mut by_record: BTreeMap<usize, &[Vec<f64>]> = BTreeMap::new();
     for (sample, fit) in parts {
@@ -53,7 +56,8 @@ pub(crate) fn merge_nuisances(parts: &[(&ChosenRecords<'_>, &Fit)]) -> Vec<Vec<f
     by_record.into_values().flatten().cloned().collect()
 }
 
-/// Computes the information matrix of theta (the shared parameters), with the nuisances eliminated.
+/// Computes the information matrix of theta (the shared parameters), with the nuisances (initial state, event
+/// offsets) eliminated.
 fn information(h: &Hypothesis, lanes: &[Lanes], normals: &[NormalEquations]) -> Square {
     let mut s = Square::zero(h.theta_len());
     for (l, normal) in lanes.iter().zip(normals) {
@@ -67,8 +71,8 @@ fn information(h: &Hypothesis, lanes: &[Lanes], normals: &[NormalEquations]) -> 
     s
 }
 
-/// Fits a hypothesis from the initial values `theta` and `nuisance`. If `nuisance` is empty, the fit starts
-/// from the rough initial states.
+/// Fits a hypothesis from the shared parameters `theta` and the initial states and event offsets in
+/// `nuisance`. If `nuisance` is empty, the fit starts from the rough initial states.
 pub(crate) fn fit(
     sample: &ChosenRecords<'_>,
     hypothesis: &Hypothesis,
@@ -78,7 +82,8 @@ pub(crate) fn fit(
     fit_with(sample, hypothesis, theta, nuisance, true)
 }
 
-/// Fits the nuisances (initial states, record parameters, event offsets) at fixed theta and random effects.
+/// Fits the nuisances (initial states, record parameters, event offsets) at fixed shared parameters and
+/// random effects.
 pub(crate) fn fit_nuisance(
     sample: &ChosenRecords<'_>,
     hypothesis: &Hypothesis,

@@ -5,10 +5,11 @@ use crate::hypothesis::Hypothesis;
 use crate::nuisance_fit::{NuisanceFit, assemble_windows, finish_nuisance_fits, nuisance_step};
 use crate::record::ChosenRecords;
 
-/// Point in a fit: parameters, nuisances of the windows, and the normal equations there.
+/// Point in a fit: parameters, nuisances (initial state, event offsets) of the windows, and the normal
+/// equations there.
 pub(crate) struct State {
     pub theta: Vec<f64>,
-    /// Initial state, record parameters and event offsets (nuisances) of each window.
+    /// Initial state, record parameters and event offsets (together the nuisances) of each window.
     pub nuisance: Vec<Vec<f64>>,
     pub normals: Vec<NormalEquations>,
     /// Sum of the costs of all windows.
@@ -16,7 +17,8 @@ pub(crate) struct State {
 }
 
 impl State {
-    /// Evaluates the normal equations at `theta` and the nuisances of all windows.
+    /// Evaluates the normal equations at `theta` (the shared parameters) and the nuisances (initial state,
+    /// event offsets) of all windows.
     pub fn evaluate(
         sample: &ChosenRecords<'_>,
         h: &Hypothesis,
@@ -29,7 +31,8 @@ impl State {
         Self { theta, nuisance, normals, q }
     }
 
-    /// Moves theta (the shared parameters) by `step` and refits the nuisances of each window.
+    /// Moves theta (the shared parameters) by `step` and refits the nuisances (initial state, event offsets)
+    /// of each window.
     ///
     /// The costs of windows are compared only after their nuisances were refitted. Otherwise strongly coupled
     /// nuisances make the path a curved valley that allows only small steps.
@@ -70,7 +73,8 @@ impl State {
     }
 }
 
-/// Computes the normal equations of all windows at given parameters and nuisances.
+/// Computes the normal equations of all windows at given parameters and nuisances (initial state, event
+/// offsets).
 pub(crate) fn assemble_all(
     sample: &ChosenRecords<'_>,
     h: &Hypothesis,

@@ -195,7 +195,7 @@ fn cut_to(record: &Record, known: Range<usize>, start: Vec<f64>) -> Record {
 pub(crate) struct FittedInitialState {
     /// The known samples, as a data set of one record.
     pub observed_part: Measured,
-    /// Order of the nuisances in the predicted window.
+    /// Order of the estimated initial states and record parameters in `nuisance`.
     pub lanes: Lanes,
     pub nuisance: Vec<f64>,
     /// Range of the predicted samples in the record.
@@ -310,8 +310,8 @@ fn lists_by_measure(data: &Measured, each: Vec<Vec<Error>>) -> Errors {
     (0..measures).map(|m| each.iter().map(|errors| errors[m]).collect()).collect()
 }
 
-/// Errors of predictions of the ranges `pieces` with the parameters `theta`, by the hypothesis of a training
-/// fit.
+/// Errors of predictions of the ranges `pieces` with the shared parameters `theta`, by the hypothesis of a
+/// training fit.
 pub(crate) fn errors(
     sample: &ChosenRecords<'_>,
     pieces: &[ForecastSpan],

@@ -138,7 +138,8 @@ impl Hypothesis {
         self.free.iter().map(|f| self.width(f)).sum()
     }
 
-    /// Number of entries in theta of a free parameter: one, one per group, or 0 for one value per record.
+    /// Number of entries in theta (the shared parameters) of a free parameter: one, one per group, or 0 for
+    /// one value per record.
     pub fn width(&self, f: &FreeParameter) -> usize {
         match f.per {
             Per::All => 1,
@@ -157,8 +158,8 @@ impl Hypothesis {
         })
     }
 
-    /// Range in theta of the parameters of the addition with this number. For groupwise values it is the
-    /// range of the declared parameter.
+    /// Range in theta (the shared parameters) of the parameters of the addition with this number. For
+    /// groupwise values it is the range of the declared parameter.
     pub fn entries_of_addition(&self, addition: usize) -> Range<usize> {
         if let Some(Addition::Split(split)) = self.additions.get(addition) {
             return self.entries_of_parameter(split.index).unwrap_or(0..0);
@@ -170,20 +171,21 @@ impl Hypothesis {
         }
     }
 
-    /// Range in theta of the free parameter with the system's index `index`; `None` if it is frozen or has
-    /// one value per record.
+    /// Range in theta (the shared parameters) of the free parameter with the system's index `index`; `None`
+    /// if it is frozen or has one value per record.
     pub fn entries_of_parameter(&self, index: usize) -> Option<Range<usize>> {
         let (_, range) = self.entries().find(|(f, _)| f.index == index)?;
         (!range.is_empty()).then_some(range)
     }
 
-    /// Number of entries in theta of the declared model's parameters, which come first.
+    /// Number of entries in theta (the shared parameters) of the declared model's parameters, which come
+    /// first.
     pub fn declared_entries(&self) -> usize {
         self.free.iter().filter(|f| f.addition.is_none()).map(|f| self.width(f)).sum()
     }
 
-    /// Initial theta: nominal values of the declared model, and additions at the fraction `share` of the way
-    /// from their null values to their typical sizes.
+    /// Initial theta (the shared parameters): nominal values of the declared model, and additions at the
+    /// fraction `share` of the way from their null values to their typical sizes.
     pub fn initial_theta(&self, share: f64) -> Vec<f64> {
         let mut theta = Vec::new();
         for f in &self.free {
@@ -224,7 +226,7 @@ impl Hypothesis {
         values
     }
 
-    /// Lower and upper bound of each entry of theta in results.
+    /// Lower and upper bound of each entry of theta (the shared parameters) in results.
     pub fn result_bounds(&self) -> Vec<(f64, f64)> {
         self.free.iter().flat_map(|f| std::iter::repeat_n((f.min, f.max), self.width(f))).collect()
     }
@@ -256,8 +258,8 @@ impl Hypothesis {
         out
     }
 
-    /// Maps magnitudes and angles in `theta` to equivalent values within their bounds. Returns whether
-    /// anything changed.
+    /// Maps magnitudes and angles in `theta` (the shared parameters) to equivalent values within their
+    /// bounds. Returns whether anything changed.
     pub fn normalise_directions(&self, theta: &mut [f64]) -> bool {
         let original = theta.to_vec();
         for (number, addition) in self.additions.iter().enumerate() {
@@ -269,13 +271,13 @@ impl Hypothesis {
         theta != original
     }
 
-    /// Lower and upper bound of each entry of theta in fits.
+    /// Lower and upper bound of each entry of theta (the shared parameters) in fits.
     pub fn fit_bounds(&self) -> Vec<(f64, f64)> {
         self.free.iter().flat_map(|f| std::iter::repeat_n(f.fit_range, self.width(f))).collect()
     }
 
-    /// Contents of the augmented model file: values `theta` with 95 % intervals `ci95` and their `covariance`,
-    /// and the additions.
+    /// Contents of the augmented model file: fitted values `theta` with 95 % intervals `ci95` and their
+    /// `covariance`, and the additions.
     pub fn augmentation(
         &self,
         data: &Measured,

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 const SLOW_FREQUENCIES: u32 = 2_000;
 /// Fast frequencies that are tested, evenly spaced: first and last, Hz, and their number.
 const FAST_FREQUENCIES: (f64, f64, u32) = (0.05, 30.0, 20_000);
-/// Minimum number of event offsets for the test.
+/// Minimum number of event offsets (deviations of the events' parameter) for the test of a period.
 const MIN_OFFSETS: usize = 16;
 
 /// Deviation (offset) of the events' parameter at one event from its common value, with the time of the event

@@ -25,7 +25,8 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Maximum number of event offsets that are drawn per record; later events get none.
+/// Maximum number of events per record whose offsets of the events' parameter are drawn; later events get
+/// none.
 const MAX_EVENTS: usize = 32;
 
 /// Predicts every record of `data` by `model`; only initial states are estimated.

@@ -14,7 +14,7 @@ pub(crate) struct RandomEffectEstimate {
     /// Whether the model already declares the random effect.
     pub is_declared: bool,
     /// For each window, its contribution to the cost in the parameters that do not vary between records. Each
-    /// entry is (index in theta, curvature, gradient).
+    /// entry is (index in the shared parameters, curvature, gradient).
     pub parts: Vec<Vec<(usize, f64, f64)>>,
 }
 

@@ -94,8 +94,8 @@ fn estimates(parts: &AnswerParts<'_>, set: &Scored, addition: Option<usize>) -> 
 /// Above it, one estimate explains more than half of the variance of the other.
 const INSEPARABLE_CORRELATION: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-/// Names of the parameters from which an entry of theta, whose interval fills its bounds, is not
-/// distinguishable.
+/// Names of the parameters from which an entry of theta (the shared parameters), whose interval fills its
+/// bounds, is not distinguishable.
 fn inseparable(set: &Scored, fills_bounds: &[bool], entry: usize, axis: &[String]) -> Vec<String> {
     let correlations = set.correlations();
     let is_inseparable = |j: &usize| {

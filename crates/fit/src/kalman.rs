@@ -75,11 +75,12 @@ pub(crate) struct Smoothing {
     pub ln_likelihood: f64,
     /// Smoothed deviations of the D filter states from the path (8), `[sample][D]`.
     pub deviations: Vec<f64>,
-    /// Sums (9) for the variances of the initial state, `[D]` with D filter states.
+    /// Observed and expected sums of squares (9) for the variances of the initial state, `[D]` with D filter
+    /// states.
     pub initial: Vec<VarianceBalance>,
-    /// Sums (9) for the process noise variances, `[D]` with D filter states.
+    /// Observed and expected sums of squares (9) for the process noise variances, `[D]` with D filter states.
     pub process: Vec<VarianceBalance>,
-    /// Sums (9) for the variances of the measurement noise, by channel.
+    /// Observed and expected sums of squares (9) for the variances of the measurement noise, by channel.
     pub sensor: Vec<VarianceBalance>,
 }
 

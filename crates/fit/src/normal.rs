@@ -245,7 +245,8 @@ impl Problem<'_> {
 }
 
 impl WindowEquations {
-    /// Adds one residual to the sums (3): `row` holds J_p and J_x, `weight` is w / s, `pull` is w r / s².
+    /// Adds one residual to the sums of the normal equations (3). `row` holds its derivatives J_p and J_x,
+    /// `weight` is w / s, `pull` is w r / s².
     fn add_row(&mut self, row: &[f64], (p, n): (usize, usize), weight: f64, pull: f64, scale: f64) {
         let (by_parameters, by_state) = row.split_at(p);
         for (i, x) in by_parameters.iter().enumerate() {

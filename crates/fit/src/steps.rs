@@ -29,10 +29,12 @@ const ROUNDING_TOLERANCE: f64 = 1e-10;
 const INITIAL_DAMPING: f64 = 1e-3;
 /// Levenberg-Marquardt damping λ at which a fit stops.
 const MAX_DAMPING: f64 = 1e12;
-/// Ridge added to the unit diagonal of S (1); C_i's diagonal is at least this share of its largest element.
+/// Ridge that is added to the scaled equations S of the parameters (1), whose diagonal is 1.
+///
+/// It is also the least diagonal element of a window's C_i, as a share of the largest one.
 const RIDGE: f64 = 1e-12;
-/// Ridge added to the unit diagonal of C_i in (2), because a short window may not determine every initial
-/// state.
+/// Ridge that is added to the scaled curvature C_i in the initial states, whose diagonal is 1, because a
+/// short window may not determine every initial state.
 const STATE_RIDGE: f64 = 1e-10;
 
 /// Values of all parameters, and the windows with their initial states.

@@ -308,7 +308,7 @@ impl<'a> NoiseProblem<'a> {
         (model, smoothings)
     }
 
-    /// Performs iteration (1) once for every unknown variance; returns the largest absolute change of a
+    /// Updates every unknown variance once by iteration (1); returns the largest absolute change of a
     /// logarithm.
     fn update_variances(&self, model: &mut NoiseModel, smoothings: &[Smoothing]) -> f64 {
         let n = self.system.states;

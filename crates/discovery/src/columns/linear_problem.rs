@@ -144,8 +144,8 @@ struct ProblemBuilder<'a> {
     /// Columns so far, in batches: number of columns in the batch, and their values by window.
     pieces: Vec<(usize, Columns)>,
     width: usize,
-    /// For each column of theta: the distance from null by which fitted additions are removed from the
-    /// residual.
+    /// For each column of theta (the shared parameters): the distance from null by which fitted additions are
+    /// removed from the residual.
     shift: Vec<f64>,
 }
 

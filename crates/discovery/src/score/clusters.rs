@@ -25,14 +25,16 @@ use std::collections::BTreeSet;
 /// longer than this number of blocks are cut into blocks, because too few clusters would be left.
 pub(super) const NEIGHBOUR_LAGS: usize = 2;
 
-/// Minimum of the factor `k` in (8). It is that of windows with residuals worth three independent values, two
-/// of which determine the initial state of a system of second order.
+/// Minimum of the factor `k` by which the robust cost reduces curvatures, formula (8). It is that of windows
+/// with residuals worth three independent values, two of which determine the initial state of a system of
+/// second order.
 const MIN_CURVATURE_SHARE: f64 = 1.0 - 2.0 / 3.0;
 
 /// Clusters of a fit: parts of the data whose errors are independent.
 #[derive(Clone, Debug)]
 pub(crate) struct Clusters {
-    /// Curvature (8) and gradient of the cost of each cluster, in the entries of theta.
+    /// Curvature (8) and gradient of the cost of each cluster, in the entries of theta (the shared
+    /// parameters).
     pub parts: Vec<Quadratic>,
     /// Number of neighbouring clusters to each side that may be correlated.
     pub lags: usize,
@@ -70,7 +72,7 @@ fn homes(cells: &[Cell], windows: usize) -> Vec<usize> {
     ends.into_iter().map(|(first, last)| first.min(last).midpoint(last)).collect()
 }
 
-/// Gradient `J'r` of the measured rows of each window, `[window][entry of theta]`.
+/// Gradient `J'r` of the measured rows of each window, `[window][shared parameter]`.
 fn gradients(cells: &[Cell], windows: usize, entries: usize) -> Vec<Vec<f64>> {
     let mut gradients = vec![vec![0.0; entries]; windows];
     for cell in cells.iter().filter(|cell| !cell.is_prior) {
@@ -79,7 +81,8 @@ fn gradients(cells: &[Cell], windows: usize, entries: usize) -> Vec<Vec<f64>> {
     gradients
 }
 
-/// Factor `k` of the curvature in (8), for clusters `parts` with constant weights.
+/// Factor `k` by which the robust cost reduces curvatures, formula (8), for clusters `parts` with constant
+/// weights.
 fn curvature_share(parts: &[Quadratic], cells: &[Cell], scales: &[Scale], entries: usize) -> f64 {
     let mut sum = Square::zero(entries);
     parts.iter().for_each(|(h, _)| sum.a.iter_mut().zip(&h.a).for_each(|(sum, x)| *sum += x));

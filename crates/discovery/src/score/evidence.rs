@@ -39,13 +39,15 @@ pub(crate) struct Evidence {
     are_adjacent: bool,
     cells: Vec<Cell>,
     scales: Vec<Scale>,
-    /// Indices of the entries of theta that are not at a bound.
+    /// Indices of the entries of theta (the shared parameters) that are not at a bound.
     free: Vec<usize>,
-    /// Curvature `H_b` of each block in the entries of theta that are not at a bound.
+    /// Curvature `H_b` of each block in the entries of theta (the shared parameters) that are not at a bound.
     curvatures: Vec<Square>,
-    /// Steps (1) of theta when each block is left out, `[block][entry]`; entries at a bound do not move.
+    /// Steps of theta (the shared parameters) when each block is left out, formula (1), `[block][entry]`;
+    /// entries at a bound do not move.
     pub moves: Vec<Vec<f64>>,
-    /// Squared prediction error (2) of each cell, by the parameters fitted without its block.
+    /// Squared prediction error, formula (2), of each cell (the part of a window in a block), by the
+    /// parameters fitted without its block.
     predicted: Vec<f64>,
     /// Minus twice the log predictive density of the left-out blocks.
     pub cost: f64,
@@ -54,8 +56,9 @@ pub(crate) struct Evidence {
 }
 
 impl Evidence {
-    /// Computes the evidence from the rows of a fit. Entries of theta in `held` (at a bound) do not move;
-    /// `off` is the distance of each entry from its null value.
+    /// Computes the information of each block and its predictions from the rows of a fit. Entries of theta
+    /// (the shared parameters) in `held` (at a bound) do not move; `off` is the distance of each entry from
+    /// its null value.
     pub fn new(rows: &Rows, partition: &Blocks, held: &[bool], off: &[f64]) -> Self {
         let (blocks, are_adjacent) = (partition.count, partition.are_adjacent);
         let cells: Vec<Cell> = rows
@@ -108,7 +111,7 @@ impl Evidence {
         (squares, priors)
     }
 
-    /// Gain in log predictive density over `other`, evidence on the same windows, by block, in nats. Only
+    /// Gain in log predictive density over the model of `other`, on the same windows, by block, nats. Only
     /// independent residuals count. The decrease of a window's cost is divided among blocks in proportion to
     /// the decrease of their squared errors.
     pub fn gains_over(&self, other: &Self) -> Vec<f64> {
@@ -191,8 +194,8 @@ impl Evidence {
         freedom(&sum(&self.curvatures), self.curvatures.iter(), &positions)
     }
 
-    /// Variance of the parameter with index `entry` in theta. It is the larger one of the variances with and
-    /// without neighbouring blocks, as in [`distance`](Self::distance).
+    /// Variance of the parameter with index `entry` in theta (the shared parameters). It is the larger one of
+    /// the variances with and without neighbouring blocks, as in [`distance`](Self::distance).
     pub fn variance(&self, entry: usize) -> f64 {
         let with_lags = |lags: usize| covariance(&self.moves, &[entry], lags).at(0, 0);
         if self.are_adjacent { with_lags(0).max(with_lags(NEIGHBOUR_LAGS)) } else { with_lags(0) }
@@ -205,7 +208,7 @@ impl Evidence {
     }
 }
 
-/// Curvature `H_b` and gradient `g_b` of every block in the entries `free` of theta.
+/// Curvature `H_b` and gradient `g_b` of every block in the entries `free` of theta (the shared parameters).
 fn by_block(cells: &[Cell], scales: &[Scale], blocks: usize, free: &[usize]) -> (Vec<Square>, Vec<Vec<f64>>) {
     let n = free.len();
     let (mut curvatures, mut gradients) = (vec![Square::zero(n); blocks], vec![vec![0.0; n]; blocks]);
@@ -218,7 +221,7 @@ fn by_block(cells: &[Cell], scales: &[Scale], blocks: usize, free: &[usize]) -> 
     (curvatures, gradients)
 }
 
-/// Steps (1) of all entries of theta when each block is left out.
+/// Steps of all entries of theta (the shared parameters) when each block is left out, formula (1).
 fn moves(curvatures: &[Square], gradients: &[Vec<f64>], free: &[usize], off: &[f64]) -> Vec<Vec<f64>> {
     let sum = sum(curvatures);
     let from_null: Vec<f64> = free.iter().map(|&i| off[i]).collect();

@@ -24,7 +24,7 @@ const MAX_LAGS: usize = 1000;
 pub(crate) struct Independence {
     /// Share of the residuals that are independent, formula (4).
     pub share: f64,
-    /// Share (4) for the channel with the longest correlation.
+    /// Share of independent residuals, formula (4), in the channel with the longest correlation.
     pub min_share: f64,
     /// Mean number of measured samples per channel.
     pub samples: f64,

@@ -8,9 +8,9 @@ use crate::linear::{Square, dot};
 /// from which on a direction counts as informative, so that no informed estimate is affected.
 const NULL_WEIGHT: f64 = 1e-14;
 
-/// Step (1) of the parameters when a block with this curvature and gradient is left out. `sum` is the
-/// curvature of all blocks. A parameter that no other block informs returns to its null value, from which it
-/// differs by `off`; otherwise an effect in one block would be judged by its own fit.
+/// Step of the parameters, formula (1), when a block with this curvature and gradient is left out. `sum` is
+/// the curvature of all blocks. A parameter that no other block informs returns to its null value, from which
+/// it differs by `off`; otherwise an effect in one block would be judged by its own fit.
 pub(crate) fn step_without_block(
     sum: &Square,
     curvature: &Square,
@@ -28,8 +28,8 @@ pub(crate) fn step_without_block(
     step
 }
 
-/// Covariance (3) of the parameters `entries` from the leave-one-out steps `moves`, with products of up to
-/// `lags` neighbouring blocks to each side (Newey and West 1987).
+/// Covariance of the parameters `entries`, formula (3), from the leave-one-out steps `moves`, with products
+/// of up to `lags` neighbouring blocks to each side (Newey and West 1987).
 pub(crate) fn covariance(moves: &[Vec<f64>], entries: &[usize], lags: usize) -> Square {
     let n = moves.len() as f64;
     let mean: Vec<f64> = entries.iter().map(|&i| moves.iter().map(|d| d[i]).sum::<f64>() / n).collect();
@@ -52,9 +52,9 @@ pub(crate) fn covariance(moves: &[Vec<f64>], entries: &[usize], lags: usize) -> 
     out
 }
 
-/// Effective degrees of freedom of the covariance (3), less one (Satterthwaite 1946; Bell and McCaffrey
-/// 2002): `(sum v)^2 / sum v^2 - 1`, with `v` the share of each block in the variance that independent
-/// residuals would give.
+/// Effective degrees of freedom of the jackknife covariance of parameters (3), less one (Satterthwaite 1946;
+/// Bell and McCaffrey 2002): `(sum v)^2 / sum v^2 - 1`, with `v` the share of each block in the variance that
+/// independent residuals would give.
 pub(crate) fn freedom<'a>(
     sum: &Square,
     curvatures: impl Iterator<Item = &'a Square>,

@@ -14,7 +14,8 @@ use crate::record::ChosenRecords;
 use crate::record::RecordWindow;
 use augsim_system::{Seed, System};
 
-/// Residuals and sensitivities of one window, with its nuisances projected out.
+/// Residuals and sensitivities of one window, with its nuisances (initial state, event offsets) projected
+/// out.
 #[derive(Clone, Debug)]
 pub(crate) struct WindowRows {
     /// Robust weight of the window in the fit.
@@ -27,12 +28,13 @@ pub(crate) struct WindowRows {
     pub values: Vec<f64>,
     /// Block and channel of each row.
     pub block_and_channel: Vec<(u16, u16)>,
-    /// Number of rows that represent priors of nuisances.
+    /// Number of rows that represent priors of nuisances (initial state, event offsets).
     pub priors: usize,
     /// Part of the window's cost that its rows do not contain: log determinants of its event offsets.
     pub constant: f64,
     projection: Projection,
-    /// Residuals of the measured samples before the nuisances are projected out.
+    /// Residuals of the measured samples before the nuisances (initial state, event offsets) are projected
+    /// out.
     plain: Vec<f64>,
 }
 
@@ -41,7 +43,7 @@ pub(crate) struct WindowRows {
 #[derive(Clone, Debug)]
 struct Projection {
     count: usize,
-    /// Sensitivities of the residuals to the nuisances, `count` numbers a row.
+    /// Sensitivities of the residuals to the nuisances (initial state, event offsets), `count` numbers a row.
     rows: Vec<f64>,
     precision: Vec<f64>,
     factor: Cholesky,
@@ -61,7 +63,8 @@ impl Projection {
         Self { count, rows, precision, factor }
     }
 
-    /// Projects the nuisances out of columns, `width` numbers a row. Returns the rows of the priors.
+    /// Projects the nuisances (initial state, event offsets) out of columns, `width` numbers a row. Returns
+    /// the rows of the priors.
     fn apply(&self, columns: &mut [f64], width: usize, weight: f64) -> Vec<f64> {
         let n = self.count;
         if n == 0 || width == 0 {
@@ -83,8 +86,9 @@ impl Projection {
         known.flat_map(|i| steps.iter().map(move |s| -self.precision[i].sqrt() * s[i])).collect()
     }
 
-    /// Residuals, then those of the priors, after the Gauss-Newton step of the nuisances to their minimum. At
-    /// a minimum, where the gradients of residuals and priors cancel, the step is 0.
+    /// Residuals, then those of the priors, after the Gauss-Newton step of the nuisances (initial state,
+    /// event offsets) to their minimum. At a minimum, where the gradients of residuals and priors cancel, the
+    /// step is 0.
     fn residuals_after_nuisance_step(
         &self,
         residuals: &[f64],
@@ -162,7 +166,8 @@ impl<'a> FitWindows<'a> {
         Rows { width, windows }
     }
 
-    /// Projects the nuisances out of one window's rows; `values` are its rows with all derivatives.
+    /// Projects the nuisances (initial state, event offsets) out of one window's rows; `values` are its rows
+    /// with all derivatives.
     fn window(
         &self,
         w: usize,
@@ -254,8 +259,8 @@ impl<'a> FitWindows<'a> {
 
 #[cfg(test)]
 impl Rows {
-    /// Rows of windows of a linear model without nuisances, given sensitivities, residual and block of each
-    /// row.
+    /// Rows of windows of a linear model without initial states and event offsets, given sensitivities,
+    /// residual and block of each row.
     pub fn of_linear_windows(windows: &[Vec<(Vec<f64>, f64, u16)>]) -> Self {
         let width = windows.first().and_then(|rows| rows.first()).map_or(1, |r| r.0.len() + 1);
         let window = |rows: &Vec<(Vec<f64>, f64, u16)>| WindowRows {

@@ -15,7 +15,7 @@ use augsim_system::{Effect, NORMAL_95};
 /// Probability that a 95 % interval does not contain the true value.
 const OUTSIDE_95: f64 = 0.05;
 
-/// A fitted set of additions with its evidence, from which its scores are computed.
+/// A fitted set of additions with the information of each block, from which its scores are computed.
 #[derive(Clone, Debug)]
 pub(crate) struct Scored {
     pub fit: Fit,
@@ -54,9 +54,9 @@ impl Scored {
 
     /// p-value of each addition of the set.
     ///
-    /// It is that of its coefficients, by their leave-one-out scatter (Hotelling's T squared), or that of its gain
-    /// over blocks for additions without coefficients and for tables, which have more knots than blocks can
-    /// resolve. `without` is the evidence of the set without an addition.
+    /// It is that of its coefficients, by their leave-one-out scatter (Hotelling's T squared), or that of its
+    /// gain over blocks for additions without coefficients and for tables, which have more knots than blocks
+    /// can resolve. `without` returns the block information of the set without the addition of that number.
     pub fn p_values<'s>(&self, without: &dyn Fn(usize) -> Option<&'s Evidence>) -> Vec<f64> {
         (0..self.additions().len())
             .map(|number| match self.coefficients(number) {
@@ -74,7 +74,7 @@ impl Scored {
         Intervals::new(&self.fit.information, &self.evidence.clusters())
     }
 
-    /// Factors of the linear combination that equals entry `i` of theta.
+    /// Factors of the linear combination that equals entry `i` of theta (the shared parameters).
     fn unit(&self, i: usize) -> Vec<f64> {
         (0..self.fit.theta.len()).map(|j| f64::from(u8::from(i == j))).collect()
     }
@@ -96,13 +96,15 @@ impl Scored {
         (0..fit.theta.len()).map(one).collect()
     }
 
-    /// For each entry of theta: whether its interval fills its bounds, so that the data do not determine it.
+    /// For each entry of theta (the shared parameters): whether its interval fills its bounds, so that the
+    /// data do not determine it.
     pub fn fills_bounds(&self, ci95: &[[f64; 2]]) -> Vec<bool> {
         let bounds = self.fit.hypothesis.result_bounds();
         ci95.iter().zip(bounds).map(|([low, high], bounds)| *low <= bounds.0 && *high >= bounds.1).collect()
     }
 
-    /// The 95 % intervals of theta, with width 0 where the data do not determine an entry.
+    /// The 95 % intervals of theta (the shared parameters), with width 0 where the data do not determine an
+    /// entry.
     pub fn identified_ci95(&self) -> Vec<[f64; 2]> {
         let mut ci95 = self.ci95();
         let fills = self.fills_bounds(&ci95);
@@ -149,7 +151,7 @@ impl Scored {
         Some([sd / factor, sd * factor])
     }
 
-    /// Correlation matrix of the estimates of theta, from the information matrix.
+    /// Correlation matrix of the estimates of theta (the shared parameters), from the information matrix.
     pub fn correlations(&self) -> Square {
         let mut covariance = self.fit.information.cholesky().inverse();
         let n = covariance.n;
@@ -167,10 +169,10 @@ impl Scored {
         covariance
     }
 
-    /// p-value of an addition's coefficients (`entries` of theta) by their scatter over blocks. With fewer
-    /// than four effective degrees of freedom this scatter is unreliable, so the gain of all blocks but the
-    /// best must be significant as well. Coefficients whose 95 % intervals all contain their null values are
-    /// not significant: an effect is never named with an interval that contradicts it.
+    /// p-value of an addition's coefficients (`entries` of theta, the shared parameters) by their scatter
+    /// over blocks. With fewer than four effective degrees of freedom this scatter is unreliable, so the gain
+    /// of all blocks but the best must be significant as well. Coefficients whose 95 % intervals all contain
+    /// their null values are not significant: an effect is never named with an interval that contradicts it.
     fn p_value_of_coefficients(&self, entries: &[usize], off: &[f64], without: Option<&Evidence>) -> f64 {
         let held = entries_at_bounds(&self.fit);
         let is_free: Vec<usize> = (0..entries.len()).filter(|k| !held[entries[*k]]).collect();
@@ -194,8 +196,8 @@ impl Scored {
         self.coefficients(number).is_none() && !matches!(self.additions()[number], Addition::Scatter(_))
     }
 
-    /// Entries of theta of an addition's coefficients, and their distances from the null values. `None` for
-    /// additions that are judged by their gain.
+    /// Entries of theta (the shared parameters) of an addition's coefficients, and their distances from the
+    /// null values. `None` for additions that are judged by their gain.
     fn coefficients(&self, number: usize) -> Option<(Vec<usize>, Vec<f64>)> {
         let h = &self.fit.hypothesis;
         let range = h.entries_of_addition(number);
@@ -211,8 +213,8 @@ impl Scored {
     }
 }
 
-/// Entries of theta of the coefficients of an effect with entries `range`, and their null values. Shape
-/// parameters have no null value.
+/// Entries of theta (the shared parameters) of the coefficients of an effect with entries `range`, and their
+/// null values. Shape parameters have no null value.
 fn coefficients_of(effect: &Effect, range: std::ops::Range<usize>) -> Vec<(usize, f64)> {
     let width = range.len() / effect.parameters.len().max(1);
     let amounts = effect.amplitude_count.unwrap_or(usize::MAX).saturating_mul(width);
@@ -220,7 +222,8 @@ fn coefficients_of(effect: &Effect, range: std::ops::Range<usize>) -> Vec<(usize
     range.zip(nulls).take(amounts).collect()
 }
 
-/// Distance of each entry of theta from its null value; 0 for entries without null value.
+/// Distance of each entry of theta (the shared parameters) from its null value; 0 for entries without null
+/// value.
 pub(crate) fn distances_from_nulls(fit: &Fit) -> Vec<f64> {
     let h = &fit.hypothesis;
     let mut off = vec![0.0; fit.theta.len()];
@@ -235,7 +238,7 @@ pub(crate) fn distances_from_nulls(fit: &Fit) -> Vec<f64> {
     off
 }
 
-/// For each entry of theta: whether it is at a bound of the fit.
+/// For each entry of theta (the shared parameters): whether it is at a bound of the fit.
 pub(crate) fn entries_at_bounds(fit: &Fit) -> Vec<bool> {
     let bounds = fit.hypothesis.fit_bounds();
     fit.theta.iter().zip(bounds).map(|(t, (low, high))| *t <= low || *t >= high).collect()

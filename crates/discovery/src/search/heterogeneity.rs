@@ -18,7 +18,8 @@ pub(crate) fn heterogeneity(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<(f64, 
 }
 
 /// For each window, its contribution to the cost in each shared parameter: (index in theta, curvature,
-/// gradient). The nuisances of the window are eliminated; curvature and gradient are those of half the cost.
+/// gradient). The nuisances (initial state, event offsets) of the window are eliminated; curvature and
+/// gradient are those of half the cost.
 pub(crate) fn parts(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<Vec<(usize, f64, f64)>> {
     let h = &fit.hypothesis;
     let lanes: Vec<Lanes> = sample.windows().into_iter().map(|at| Lanes::new(h, at, &[])).collect();
@@ -32,8 +33,8 @@ pub(crate) fn parts(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<Vec<(usize, f6
         .collect()
 }
 
-/// Test statistic and degrees of freedom of the differences between records, for each entry of theta. `parts`
-/// holds (index in theta, curvature, gradient) of half the cost for each window.
+/// Test statistic and degrees of freedom of the differences between records, for each entry of theta, the
+/// shared parameters. `parts` holds (index in theta, curvature, gradient) of half the cost for each window.
 pub(crate) fn differences(sample: &ChosenRecords<'_>, parts: &[Vec<(usize, f64, f64)>]) -> Vec<(f64, f64)> {
     let n = parts.iter().flatten().map(|(t, ..)| t + 1).max().unwrap_or(0);
     let (mut q, mut sum_u, mut sum_s, mut count) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);

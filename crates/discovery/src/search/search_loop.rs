@@ -318,7 +318,8 @@ pub(crate) fn without(additions: &[Addition], number: usize) -> Vec<Addition> {
 }
 
 impl SearchResult {
-    /// Evidence of a set without its addition number `number`; `None` if that subset was not fitted.
+    /// Block information of the fit of a set without its addition number `number`; `None` if that subset was
+    /// not fitted.
     pub fn evidence_without(&self, set: &Scored, number: usize) -> Option<&Evidence> {
         self.with_key(&labels(&without(set.additions(), number))).map(|s| &s.evidence)
     }
