@@ -22,7 +22,7 @@ const SURVEY_M2: [f64; 7] = [0.010, 0.014, 0.021, 0.024, 0.022, 0.017, 0.015];
 const GRAVITY_M_S2: f64 = 9.81;
 /// True outlet area, m², and seepage coefficient, m²/s.
 pub const TRUTH: [f64; 2] = [2.1e-5, 3e-5];
-/// Standard deviation of the level measurement, m.
+/// Standard deviation of the noise of the level measurement, m.
 const SENSOR_M: f64 = 5e-4;
 
 /// Cross-section of the tank at a level, linearly interpolated, m².
@@ -32,7 +32,7 @@ fn section<S: Scalar>(level: S) -> S {
     (level * 10.0 - position.floor()) * (above - below) + below
 }
 
-/// Rate of the level, m/s, for an outlet area (m²) and a seepage coefficient (m²/s).
+/// Rate of change of the level, m/s, for an outlet area (m²) and a seepage coefficient (m²/s).
 fn rate<S: Scalar>(level: S, outlet: S, seepage: S) -> S {
     // Torricelli's law for the outlet, Darcy's law for the wall, which is wet up to the level. An empty tank
     // stays empty.

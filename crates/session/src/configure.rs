@@ -43,7 +43,7 @@ pub struct TrainingRequest {
 }
 
 impl PhysicsSource {
-    /// Chooses the model from the options of a command, of which at most one is given.
+    /// Chooses the physics model from the options of a command, of which at most one is given.
     ///
     /// # Errors
     /// [`Usage::Missing`] if none is given: no model is assumed.
@@ -74,7 +74,7 @@ impl PhysicsSource {
         }
     }
 
-    /// The folder of the discovery, if the model comes from one.
+    /// Folder of the discovery that the model comes from; `None` for other sources.
     pub fn residual_of(&self) -> Option<PathBuf> {
         match self {
             PhysicsSource::Folder(folder) => Some(folder.clone()),

@@ -113,7 +113,7 @@ impl DataFrom {
         }
     }
 
-    /// Opens the table for reading the columns that a model names.
+    /// Opens the data for reading the columns that a model names.
     ///
     /// # Errors
     /// As [`NamedCsv::open`].

@@ -14,7 +14,7 @@ use std::time::Instant;
 /// A user's request for a discovery.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct DiscoverRequest {
-    /// Groups of trajectories to use; empty means all.
+    /// Names of the groups of trajectories to use; empty means all.
     pub groups: Vec<String>,
     /// Data checks to skip: those of the options, in the order in which the user named them.
     pub accept: Vec<Check>,

@@ -41,7 +41,7 @@ pub fn make(folder: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The folder of a file; `.` for a bare file name.
+/// Returns the folder of a file; `.` for a bare file name.
 pub fn parent_of(file: &Path) -> &Path {
     file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }

@@ -181,7 +181,7 @@ impl RunDir {
         Err(Usage::path(&self.file(CONFIG), PathFault::OtherSettings { difference }).into())
     }
 
-    /// Checks that the settings of the configuration are those of the checkpoint.
+    /// Checks that the settings in the configuration file are those in the checkpoint.
     fn check_settings(&self, written: &Settings, trained: &Settings) -> anyhow::Result<()> {
         if written == trained {
             return Ok(());

@@ -44,7 +44,7 @@ pub struct TopView {
     pub ends: [Vec<[f64; 2]>; 3],
     /// Path of the rod's centre during the push.
     pub rod: Vec<[f64; 2]>,
-    /// Outlines of the rod at the start and at the end.
+    /// Outlines of the rod at the start and at the end of the push.
     pub rod_outlines: [Vec<[f64; 2]>; 2],
 }
 
@@ -210,7 +210,7 @@ fn overlay(e: &Example) -> Line {
     line
 }
 
-/// Figure of the residuals (measured - predicted); for a push of the position error.
+/// Figure of the residuals (measured - predicted) of an example; for a push of the position error.
 ///
 /// Residuals in m are shown in mm.
 fn residuals(e: &Example) -> Line {

@@ -73,7 +73,7 @@ pub(super) fn found(d: &Discovery, declared: &[DeclaredParameter]) -> Vec<Block>
     blocks
 }
 
-/// The table row of a declared parameter; `None` if it is free but was not fitted.
+/// Table row of a declared parameter with its fitted value; `None` if it is free but was not fitted.
 fn calibrated(declared: &DeclaredParameter, fitted: Option<&Estimate>) -> Option<Row> {
     let name = &declared.name;
     let unit = match fitted {

@@ -141,7 +141,7 @@ fn verdict_text(verdict: Verdict) -> &'static str {
     }
 }
 
-/// Display unit and conversion factor of an error: mm for m, as in the sentences of a result.
+/// Display unit of an error, and conversion factor to it: mm for m, as in the sentences of a result.
 fn display_unit(unit: &str) -> (&str, f64) {
     if unit == "m" { ("mm", 1e3) } else { (unit, 1.0) }
 }

@@ -20,7 +20,7 @@ const COUNTED: [&str; 1] = ["bounce"];
 pub struct EffectCurve {
     /// Name of the effect.
     pub title: String,
-    /// The quantity that the effect changes, e.g. `d(speed)/dt`.
+    /// Name of the quantity that the effect changes, e.g. `d(speed)/dt`.
     pub adds: String,
     /// Unit of the value that the effect adds.
     pub unit: String,
@@ -99,7 +99,7 @@ fn half_interval(b: &Bin) -> f64 {
     1.96 * (b.rms * b.rms - b.mean * b.mean).max(0.0).sqrt() / (b.count.max(1) as f64).sqrt()
 }
 
-/// Display name and unit of a quantity that residuals are binned by.
+/// Display name and unit of the quantity `name`, over whose bins residuals are averaged.
 pub(super) fn quantity_of(name: &str) -> (&str, &str) {
     match name {
         "time_s" => ("time", "s"),

@@ -105,7 +105,7 @@ mod tests {
         length_m = { nominal = 0.4, min = 0.05, max = 2.0 }\n[rates]\ntheta_rad = \"omega_rad_s\"\n\
         omega_rad_s = \"-gravity_m_s2 / length_m * sin(theta_rad)\"\n[outputs]\nangle_rad = { value = \"theta_rad\", sd = \"estimate\" }\n";
 
-    /// A pendulum of 0.5 m that starts at `angle_rad` with `rate_rad_s`; noise of 2 mrad by a linear congruence.
+    /// Simulates a pendulum of 0.5 m from `angle_rad` and `rate_rad_s`; noise of 2 mrad by a linear congruence.
     fn pendulum([mut angle_rad, mut rate_rad_s]: [f64; 2], per_radian: f64) -> Record {
         let (mut times, mut values, mut state, step_s) = (Vec::new(), Vec::new(), 1_u32, 1e-4);
         for k in 0..40_000 {

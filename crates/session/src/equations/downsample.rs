@@ -86,7 +86,7 @@ v_m_s = "push_m_s2 - damping_per_s * v_m_s"
 position_m = { value = "x_m", sd = "estimate" }
 "#;
 
-    /// Two seconds of that mass at 1 kHz under a slow push with a superposed ripple.
+    /// Simulates two seconds of a mass at 1 kHz under a slow push with a superposed ripple.
     ///
     /// Measurement errors are uniform up to `noise_m`.
     fn recorded(noise_m: f64) -> Dataset {

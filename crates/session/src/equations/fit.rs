@@ -9,20 +9,20 @@ use std::path::PathBuf;
 use std::time::Instant;
 use thiserror::Error;
 
-/// Length of the shortest windows, in time constants of the fastest mode.
+/// Length of the shortest windows of a fit, in time constants of the fastest mode.
 const MIN_WINDOW_TIME_CONSTANTS: f64 = 2.0;
-/// Minimum number of samples of the shortest windows.
+/// Minimum number of samples of the shortest windows of a fit.
 ///
 /// From fewer samples the initial states could not be estimated against the noise.
 const MIN_WINDOW_SAMPLES: f64 = 10.0;
-/// Maximum number of doublings of the shortest windows for the comparison of input interpolations.
+/// Number of times the shortest windows are at most doubled when input interpolations are compared.
 const HOLD_WINDOW_DOUBLINGS: i32 = 4;
-/// Maximum number of fits, each with finer steps than the one before.
+/// Maximum number of fits of a model, each with finer integration steps than the one before.
 const MAX_STEP_ROUNDS: usize = 4;
 /// Relative difference of residual norms above which a better-fitting input interpolation is reported.
 pub const MIN_REPORTED_DIFFERENCE: f64 = 0.05;
 
-/// The time limit of a request passed before the model was calibrated, so that there is no result.
+/// Error: the time limit passed before the model was calibrated, so that there is no result.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error(
     "--time-limit: the time passed before {}; allow more time, or use fewer samples or records",
@@ -185,7 +185,7 @@ fn with_hold(
     Err(TooFast { step_s: shortest_step_s(records) }.into())
 }
 
-/// After each of [`MAX_STEP_ROUNDS`] fits the calibrated values needed finer integration steps.
+/// Error: after each of [`MAX_STEP_ROUNDS`] fits the calibrated values needed finer integration steps.
 #[derive(Debug, Error)]
 #[error(
     "the fitted values make the model ever faster than the data, whose samples are {} s apart: each fit needs finer integration steps than the one \
@@ -227,7 +227,7 @@ fn calibrate_tuned(
     Ok(calibrate(&system, &records, longest_s, until)?)
 }
 
-/// Time constant of the fastest mode of a model over its records, s; `None` if there is none.
+/// Time constant of the fastest mode of a model over these records, s; `None` if it cannot be computed.
 pub(super) fn fastest_time_constant_s(model: &Model, records: &[Record]) -> Option<f64> {
     let system = EquationSystem::declared_only(model).ok()?;
     let records = prepare_records(&system, records).ok()?;
@@ -239,7 +239,7 @@ pub(super) fn shortest_step_s(records: &[Record]) -> f64 {
     records.iter().map(Record::typical_step).fold(f64::INFINITY, f64::min)
 }
 
-/// Copies of records, prepared by a system: cut into windows, with initial guesses.
+/// Copies records and prepares the copies by a system: cuts them into windows, with initial guesses.
 ///
 /// # Errors
 /// A record cannot be prepared, e.g. because it has no samples.
@@ -277,7 +277,7 @@ fn write_values(model: &mut Model, calibration: &Calibration) {
     write_shared_starts(model, calibration);
 }
 
-/// Whether a parameter is estimated and has an interval.
+/// Whether the parameter with this index is estimated and has a confidence interval.
 fn has_fitted_interval(model: &Model, index: usize) -> bool {
     !model.parameters[index].frozen && model.parameters[index].ci95.is_some()
 }

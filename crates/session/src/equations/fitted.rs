@@ -22,7 +22,7 @@ pub struct FitResult {
     pub rejection: Option<String>,
     /// The declared parameters with their calibrated values.
     pub parameters: Vec<Parameter>,
-    /// Residual of each output over the longest windows.
+    /// Residual of each output over the longest windows of the fit.
     pub rows: Vec<Row>,
     /// Stages of the fit, shortest windows first.
     pub windows: Vec<Stage>,
@@ -39,12 +39,12 @@ pub struct FitResult {
     /// Why the noise could not be estimated; `None` if it could.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise_failure: Option<String>,
-    /// Columns of the data that the model does not use.
+    /// Names of the columns in the data that the model does not use.
     pub unnamed_columns: Vec<String>,
     /// Warnings of the data checks.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<Warning>,
-    /// Conversions of the time and of the units of the data, one sentence each.
+    /// Sentences on the column taken as time and on the unit conversions of the data.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub reading: Vec<String>,
 }
@@ -76,7 +76,7 @@ pub struct Parameter {
 pub struct Row {
     /// Name of the output.
     pub output: String,
-    /// RMS of the residual, in the unit of the output.
+    /// RMS of the output's residual, in the unit of the output.
     pub rmse: f64,
     /// Unit of the output; empty if dimensionless.
     pub unit: String,

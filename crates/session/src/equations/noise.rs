@@ -7,7 +7,7 @@ use augsim_equations::{EquationSystem, Model};
 use augsim_fit::{Cause, Smoothed, smooth};
 use augsim_system::{Record, Simulate};
 
-/// Maximum number of samples from which the noise is estimated.
+/// Maximum total number of samples from which the noise of a model is estimated.
 const MAX_SAMPLES: usize = 6_000;
 
 /// Estimates states at every sample with a smoother, and the noise that best explains the records.

@@ -7,7 +7,7 @@ use augsim_equations::Model;
 use augsim_system::{Record, RecordReader};
 use thiserror::Error;
 
-/// Columns of the long data format that are not model quantities.
+/// Names of the columns of the long data format that are not model quantities.
 const FORMAT_COLUMNS: [&str; 4] = ["trajectory", "t_s", "group", "start_time_s"];
 
 /// Error: the data lack a column that the model needs.
@@ -93,7 +93,7 @@ impl OpenTable {
         self.csv.notes(&with_units(&columns_of(model)))
     }
 
-    /// Reads the columns of a model's inputs and outputs.
+    /// Reads the data columns of a model's inputs and outputs.
     ///
     /// # Errors
     /// As [`read`].
@@ -121,7 +121,7 @@ pub fn reading(from: &DataFrom, model: &Model) -> anyhow::Result<Vec<String>> {
     Ok(open(from)?.reading(model))
 }
 
-/// Reads the columns of a model's inputs and outputs.
+/// Opens data and reads the columns of a model's inputs and outputs.
 ///
 /// The notes of the data set state the clock and the conversions of units.
 ///

@@ -17,9 +17,9 @@ use thiserror::Error;
 const STEP_TOLERANCE: f64 = 0.02;
 /// Number of samples of a short window in addition to two for each state.
 const EXTRA_SAMPLES: usize = 8;
-/// Maximum number of short windows that are fitted.
+/// Maximum number of short windows to which initial states are fitted.
 const MAX_WINDOWS: usize = 200;
-/// Smallest ratio of the smoother's measurement noise to the residual over short windows.
+/// Smallest accepted ratio of the smoother's measurement noise to the residual over short windows.
 ///
 /// Below it the smoother's estimate is not used.
 const MIN_NOISE_RATIO: f64 = 0.02;

@@ -4,7 +4,7 @@ use super::words::{comment, literal};
 use super::{Language, number};
 use augsim_system::Parameter;
 
-/// The parameters of a model that have values by group.
+/// The parameters of a model that have values by group, as an exported program lists them.
 pub(super) struct Groups {
     language: Language,
     /// Names of all groups, in the order of the model file.
@@ -24,7 +24,7 @@ impl Groups {
         Groups { language, names, values: Vec::new() }
     }
 
-    /// The value of a parameter as an expression of the program: of the chosen group if it has values by group.
+    /// Writes the value of a parameter as an expression of the program: that of the chosen group if it has several.
     pub fn value(&mut self, p: &Parameter) -> String {
         if p.groups.is_empty() {
             return number(p.nominal);

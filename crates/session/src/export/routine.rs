@@ -72,7 +72,7 @@ impl Syntax<'_> {
         self.language == Language::C
     }
 
-    /// Writes a routine with an indentation of `depth` times four blanks.
+    /// Writes the statements of a routine, indented by `depth` times four blanks.
     ///
     /// `unused` names the arguments of the C function that the routine may not use: they are cast to void.
     pub fn statements(&self, routine: &Routine, depth: usize, unused: &[&str]) -> Statements {

@@ -23,7 +23,7 @@ pub const PARTICLES: usize = 256;
 /// Measured trajectories with the times of their samples in s.
 #[derive(Debug, Clone)]
 pub struct TimedSequences {
-    /// The trajectories; NaN where a value was not measured.
+    /// Values of the trajectories; NaN where a value was not measured.
     pub set: Sequences,
     /// Times of the samples, s, `[trajectory][sample]`.
     pub times: Vec<Vec<f64>>,

@@ -136,7 +136,7 @@ impl<'a> NetPrediction<'a> {
         self.predict(read, prepared, stream).with_context(|| format!("trajectory `{}`", read.id))
     }
 
-    /// Predicts one record; the initial state is found by the iteration at the head of this file.
+    /// Predicts one record; finds the initial state by the iteration at the head of this file.
     fn predict(&self, read: &Record, record: &Record, stream: u64) -> anyhow::Result<RecordDraws> {
         let (outputs, samples) = (self.model.outputs.len(), record.times.len());
         let values: Vec<f64> = self.system.parameters().iter().map(|p| p.nominal).collect();

@@ -18,7 +18,7 @@ pub(super) struct ProcessNoise {
 }
 
 impl ProcessNoise {
-    /// Adds the noise inputs to a system; `None` if the model has no process noise.
+    /// Adds inputs for process noise to a system; `None` if the model has no process noise.
     ///
     /// # Errors
     /// [`ModelError`]: the model does not compile.

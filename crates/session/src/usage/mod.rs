@@ -37,7 +37,7 @@ pub enum Usage {
     /// A setting has an invalid value.
     #[error("{setting}: {takes}")]
     Value { setting: Setting, takes: Takes },
-    /// A duration and a rate that give no samples, or too many.
+    /// A duration and a sampling rate give no samples, or too many.
     #[error(
         "--duration-s and --rate-hz must be positive, with 1 to {most} samples between them; {duration_s} s at {rate_hz} Hz were \
          given"
@@ -67,7 +67,7 @@ pub enum Usage {
     /// The request would produce more values than a limit allows.
     #[error("{oversized} {exceeded}")]
     Limit { oversized: Oversized, exceeded: LimitExceeded },
-    /// An input given as a function of time is invalid.
+    /// An input given as an expression of time is invalid.
     #[error("{0}")]
     Waveform(augsim_equations::ModelError),
     /// The virtual laboratory refuses a setting.

@@ -42,7 +42,7 @@ pub enum PathFault {
     NetOfReproduction,
     /// The settings of the run differ from those of the request.
     OtherSettings { difference: Difference },
-    /// The settings differ from those that the checkpoint was trained with.
+    /// The settings on disk differ from those that the checkpoint was trained with.
     EditedSettings { difference: Difference },
     /// The path is neither a run directory nor a model file.
     NeitherRunNorModel { config: &'static str, model: &'static str },
