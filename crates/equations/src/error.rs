@@ -14,7 +14,7 @@ pub struct Place {
     pub file: String,
     /// Line number in the model file, from 1.
     pub line: usize,
-    /// Table and key, such as `rates.omega_rad_s`; empty for the file as a whole.
+    /// Table and key of the error, such as `rates.omega_rad_s`; empty for the file as a whole.
     pub key: String,
 }
 

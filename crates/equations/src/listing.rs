@@ -48,7 +48,7 @@ pub struct Assignment {
 /// Assignments that compute one group of quantities (such as the rates), and the results.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Routine {
-    /// Assignments in an order in which they can be evaluated.
+    /// Assignments of the routine, each after those that it uses.
     pub assignments: Vec<Assignment>,
     /// Values that the routine computes, as operands.
     pub results: Vec<Value>,

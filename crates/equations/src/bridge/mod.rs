@@ -124,7 +124,7 @@ impl EquationSystem {
         self
     }
 
-    /// Sets the duration of the windows of prepared records, s.
+    /// Sets the duration of the windows into which records are cut for fits, s; `None` for whole records.
     pub fn with_windows(mut self, seconds: Option<f64>) -> Self {
         self.window_s = seconds;
         self

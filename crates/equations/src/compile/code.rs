@@ -1,6 +1,6 @@
 //! The instruction set that expressions are compiled to.
 
-/// An operation code with the meaning of its operands `a`, `b`, `c`.
+/// Operation code of an instruction, with the meaning of its operands `a`, `b`, `c`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
 #[expect(missing_docs, reason = "each of the others is the operation of its name")]

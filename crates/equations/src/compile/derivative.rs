@@ -37,7 +37,7 @@ impl Derivatives {
         Self { known: Vec::new(), active: active.to_vec(), delays }
     }
 
-    /// Returns the derivatives of `id` with respect to all states, active parameters and time.
+    /// Returns the derivatives of operation `id` with respect to all states, active parameters and time.
     pub(crate) fn all_derivatives(&mut self, graph: &mut Graph, id: Id) -> Vec<(Variable, Id)> {
         // The derivatives add operations that are never differentiated themselves, so the loop covers only
         // the operations up to `id` that it uses.

@@ -67,7 +67,7 @@ impl Graph {
         self.intern(Operation::new(code, index as u32, 0, 0))
     }
 
-    /// Returns the index of an operation and appends it if it is new.
+    /// Returns the index of an operation; appends the operation if the graph does not have it.
     fn intern(&mut self, operation: Operation) -> Id {
         if let Some(id) = self.ids.get(&operation) {
             return *id;

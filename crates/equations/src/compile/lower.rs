@@ -49,7 +49,7 @@ pub(crate) struct Lowering<'m> {
 }
 
 impl<'m> Lowering<'m> {
-    /// Starts with an empty graph and applies the effects on inputs and parameters.
+    /// Starts to compile a model: creates a graph and applies the effects on inputs and parameters.
     pub(crate) fn new(model: &'m Model) -> Self {
         let mut lowering = Self {
             graph: Graph::default(),
@@ -220,7 +220,7 @@ impl<'m> Lowering<'m> {
         ids.last().copied().unwrap_or_else(|| self.graph.constant(0.0))
     }
 
-    /// Compiles a condition to a value that is positive where it holds.
+    /// Compiles a condition, such as `a < b`, to a value that is positive where the condition holds.
     ///
     /// `a < b` and `a <= b` give the same value: they differ only at its zero, and an event fires on a
     /// passage through it.

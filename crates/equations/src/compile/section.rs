@@ -15,14 +15,14 @@ pub(crate) struct Layout {
     /// Register and value of each constant.
     pub(crate) constants: Vec<(u32, f64)>,
     pub(crate) registers: usize,
-    /// Whether some derivative needs the time derivative of an input.
+    /// Whether a derivative of the system uses the time derivative of an input.
     pub(crate) needs_input_slopes: bool,
 }
 
 /// Instructions that compute one group of values, such as the rates, and the registers of the results.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Section {
-    /// Instructions to run whenever states, inputs or time have changed.
+    /// Instructions to run each time that states, inputs or time have changed.
     pub(crate) body: Vec<Instruction>,
     /// Registers of the computed values.
     pub(crate) results: Vec<u32>,

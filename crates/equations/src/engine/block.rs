@@ -56,7 +56,7 @@ pub(crate) struct Columns {
     direct_slots: Vec<Vec<usize>>,
 }
 
-/// The derivative of a rate with respect to a state.
+/// The derivative of a rate with respect to a state: where it is stored, and of which state.
 #[derive(Debug, Clone, Copy)]
 struct RowEntry {
     slot: usize,

@@ -29,7 +29,7 @@ pub(crate) struct Lane {
     pub(crate) step_inputs: StepInputs<1>,
     pub(crate) mode: Mode,
     pub(crate) events: Vec<SimulatedEvent>,
-    /// Length of the last step chosen by error control, s.
+    /// Length of the last step that error control chose for this window, s.
     pub(super) last_step: f64,
 }
 
@@ -70,7 +70,7 @@ impl Mode {
         }
     }
 
-    /// Whether no state is at a bound and no event at rest, so that the step of the whole block is valid.
+    /// Whether no state of a window is at a bound and no event at rest, so that the step of the whole block is valid.
     pub(crate) fn is_free(&self) -> bool {
         self.bounds.iter().all(|w| *w == 0) && self.resting.iter().all(Option::is_none)
     }
@@ -169,7 +169,7 @@ impl Lane {
         condition_speed(gradient, &self.block, &x).1
     }
 
-    /// Change per second of a condition along the present rates.
+    /// Change per second of an event's condition along the present rates.
     pub(super) fn speed(&mut self, system: &System, condition: usize, time: f64) -> f64 {
         let rates = self.rates(system, time);
         let gradient = &system.condition_gradients[condition];
@@ -236,7 +236,7 @@ impl Lane {
     }
 }
 
-/// Change per second of a condition along `rates`, and the sum of the absolute values of its terms.
+/// Change per second of an event's condition along `rates`, and the sum of the absolute values of its terms.
 pub(super) fn condition_speed(gradient: &Gradient, block: &Block<1>, rates: &[f64]) -> (f64, f64) {
     let (mut speed, mut scale) = (0.0, 0.0);
     for entry in &gradient.entries {

@@ -33,15 +33,15 @@ pub(super) struct Run<'r, const L: usize> {
     pub(super) discontinuity_squares: Option<(Vec<f64>, u32)>,
     /// States of the first window at its samples; `None` if they are not recorded.
     pub(super) states: Option<Vec<f64>>,
-    /// Scratch: states and sensitivities at the start of a step.
+    /// Scratch space: states and sensitivities at the start of a step.
     before: (Rows<L>, Rows<L>),
     /// Scratch space: states at the end of a step.
     end: Rows<L>,
-    /// Scratch: conditions of the events in the middle of a step and at its end.
+    /// Scratch space: conditions of the events in the middle of a step and at its end.
     conditions: [Rows<L>; 2],
     /// Scratch space: outputs at a sample.
     measured: Rows<L>,
-    /// Scratch: derivatives of the outputs, `[output][seed]`.
+    /// Scratch space: derivatives of the outputs, `[output][seed]`.
     slopes: Rows<L>,
 }
 
@@ -200,7 +200,7 @@ impl<'r, const L: usize> Run<'r, L> {
         self.results.into_iter().zip(self.failures).map(|(r, f)| f.map_or(Ok(r), Err)).collect()
     }
 
-    /// Whether the window of a lane has this sample interval and has not failed.
+    /// Whether the window of a lane has sample interval number `interval` and has not failed.
     fn is_live(&self, lane: usize, interval: usize) -> bool {
         let window = self.windows[lane];
         interval < window.last - window.first && self.failures.get(lane).is_none_or(Option::is_none)
@@ -258,7 +258,7 @@ impl<'r, const L: usize> Run<'r, L> {
         }
     }
 
-    /// Advances every lane over a part of its interval.
+    /// Advances every lane (window) over a part of its sample interval.
     fn advance_part(&mut self, part: &Part<L>) {
         if let Method::Reference { tolerance } = self.options.method {
             return self.advance_adaptively(part, tolerance);

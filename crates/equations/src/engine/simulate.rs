@@ -7,7 +7,7 @@ use crate::system::System;
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
-/// Default number of windows per block: more windows share the cost of decoding each operation.
+/// Default number of windows per block; in large blocks more windows share the cost of decoding each operation.
 const DEFAULT_LANES: usize = 32;
 /// Number of windows per block without sensitivities, if there are enough windows for every thread.
 ///
@@ -34,7 +34,7 @@ pub enum Method {
     RungeKutta,
     /// Classical Runge-Kutta with exactly the given number of steps, to find out how many are accurate.
     UncheckedRungeKutta,
-    /// Diagonally implicit Runge-Kutta of order 2 with fixed steps, for stiff systems.
+    /// Diagonally implicit Runge-Kutta of order 2 with steps of fixed number, for stiff systems.
     Implicit,
     /// Dormand-Prince 5(4) with adaptive steps, values only: slow, to check the other methods against.
     Reference {

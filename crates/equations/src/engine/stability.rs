@@ -27,7 +27,7 @@ const SQUARINGS: usize = 6;
 /// The fastest mode of a window's linearised rates, as far as it limits the steps.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct FastestMode {
-    /// Spectral radius of the derivatives of the rates, 1/s; 0 if it does not limit the steps.
+    /// Spectral radius of the Jacobian of the rates, 1/s; 0 if it does not limit the steps.
     rate: f64,
     /// Index of the state that the mode moves most.
     state: usize,

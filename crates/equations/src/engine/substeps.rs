@@ -22,7 +22,7 @@ const WIDTH_RATIO: f64 = 0.01;
 pub struct ChosenSteps {
     /// Chosen method and number of steps per sample interval.
     pub options: Options,
-    /// Root mean square change of the outputs when the number of steps is doubled.
+    /// Root mean square change of the outputs when the chosen number of steps is doubled.
     ///
     /// In units of the scales of the outputs, such as the standard deviation of the sensor.
     pub change: f64,

@@ -8,12 +8,12 @@ pub struct Record {
     pub(crate) name: String,
     pub(crate) times: Vec<f64>,
     pub(crate) inputs: Vec<Signal>,
-    /// Whether all inputs are sampled at the times of the outputs, so that no interval needs a search.
+    /// Whether all inputs are sampled at the output times, so that no sample interval needs a search for input knots.
     pub(crate) is_aligned: bool,
 }
 
 impl Record {
-    /// Creates a record from times (s) and inputs in the order of the model.
+    /// Creates a record from sample times (s) and inputs in the order of the model.
     ///
     /// `name` identifies it in messages, such as "trajectory 3".
     ///
@@ -92,11 +92,11 @@ pub struct SimulatedEvent {
 pub struct Simulated {
     /// Outputs at the samples, `[sample][output]`.
     pub values: Vec<f64>,
-    /// Derivatives of the outputs, `[sample][output][seed]`.
+    /// Derivatives of the outputs with respect to the seeds, `[sample][output][seed]`.
     pub slopes: Vec<f64>,
     /// State at the last sample of the window.
     pub end: Vec<f64>,
-    /// Derivatives of the state at the last sample, `[state][seed]`.
+    /// Derivatives of the state at the last sample with respect to the seeds, `[state][seed]`.
     pub end_slopes: Vec<f64>,
     /// Events in the window, in the order of time.
     pub events: Vec<SimulatedEvent>,

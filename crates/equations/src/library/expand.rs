@@ -305,7 +305,7 @@ impl Candidate {
         }
     }
 
-    /// Infers units of inner parameters from the quantity they scale with, then those of coefficients.
+    /// Infers the units of a candidate's parameters: first inner parameters, then coefficients.
     ///
     /// The unit of a coefficient follows from the term that it multiplies.
     fn infer_units(&mut self, model: &Model) {

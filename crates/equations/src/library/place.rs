@@ -6,7 +6,7 @@ use crate::text::{Kind, Symbol, Tree};
 /// Kinematic structure of a model: which states are rates of others, read from the equations.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Kinematics {
-    /// Pairs (x, v) of a state and the state that is its rate, or proportional to it.
+    /// Pairs (x, v) of states, by index: `v` is the rate of `x`, or proportional to it.
     pub pairs: Vec<(usize, usize)>,
     /// Indices of the flow states: declared states that are neither part of a pair nor a copy of a position.
     pub flows: Vec<usize>,

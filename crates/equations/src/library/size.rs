@@ -8,7 +8,7 @@ pub(super) fn resolve_name(name: &str, names: &[(&'static str, String)]) -> Stri
     names.iter().find(|(n, _)| *n == name).map_or_else(|| name.to_owned(), |(_, text)| text.clone())
 }
 
-/// Describes the quantity that the numbers of a parameter are multiples of; `None` for a pure number.
+/// Describes for users the quantity whose size a parameter's numbers are multiples of; `None` for a pure number.
 pub(super) fn describe_size(of: &str, names: &[(&'static str, String)]) -> Option<String> {
     let inner = |prefix: &str| Some(resolve_name(of.strip_prefix(prefix)?.strip_suffix(')')?, names));
     let rms = |name: &str| format!("the root mean square of {}", resolve_name(name, names));
@@ -29,7 +29,7 @@ pub(super) fn describe_size(of: &str, names: &[(&'static str, String)]) -> Optio
     })
 }
 
-/// Unit of the quantity that the numbers of a parameter are multiples of.
+/// Unit of the quantity whose size a parameter's numbers are multiples of.
 pub(crate) fn size_unit(of: &str, names: &[(&'static str, String)], model: &Model) -> Option<Unit> {
     let argument = ["range(", "span(", "peak("].iter().find_map(|p| of.strip_prefix(p)?.strip_suffix(')'));
     let dimensions_of_name = |name: &str| -> Option<Dimensions> {

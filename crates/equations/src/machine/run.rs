@@ -18,7 +18,7 @@ pub(crate) struct Machine {
 }
 
 impl Machine {
-    /// Runs `work` on blocks of `L` lanes, with code for the best instruction set of this computer.
+    /// Runs `work` on blocks of `L` windows, with code for the best instruction set of this computer.
     ///
     /// Fewer than 8 lanes do not fill a vector of AVX-512, so they run on AVX2 there as well. The results
     /// have the same bits, and no code is compiled that would bring no gain.

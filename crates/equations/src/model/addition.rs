@@ -71,7 +71,7 @@ pub struct Addition {
     pub states: Range<usize>,
     /// The changes that the effect makes to the equations.
     pub changes: Vec<Change>,
-    /// Other expressions that fit equally well, as discovery wrote them.
+    /// Texts of other expressions that fit equally well, as discovery wrote them into the file.
     pub equivalent_expressions: Vec<String>,
     /// First and last knot of a table effect, in the unit of the quantity `with`; `None` for other effects.
     pub table: Option<(f64, f64)>,

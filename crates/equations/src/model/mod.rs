@@ -26,7 +26,7 @@ pub use start::FirstSamples;
 use std::collections::BTreeMap;
 pub(crate) use units::dimensions_of;
 
-/// An expression, with its line and key in the file.
+/// An expression of a model file, with its line and key in the file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expression {
     /// Syntax tree of the expression.
@@ -145,11 +145,11 @@ pub struct Let {
 /// A fit has estimated both parts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorNoise {
-    /// Standard deviation of the white part, in the output's unit.
+    /// Standard deviation of the white part of the noise, in the output's unit.
     pub white_sd: f64,
-    /// Standard deviation of the autocorrelated part, in the output's unit; 0 where there is none.
+    /// Standard deviation of the autocorrelated part of the noise, in the output's unit; 0 where there is none.
     pub autocorrelated_sd: f64,
-    /// Correlation time of the autocorrelated part, s: after it the correlation has fallen to 1/e.
+    /// Correlation time of the autocorrelated part, s: after this time the correlation has fallen to 1/e.
     pub correlation_time_s: f64,
 }
 
@@ -176,7 +176,7 @@ pub struct Output {
     pub value: Expression,
     /// Declared standard deviation of the measurement noise, in the output's unit; `None` if it is to be estimated.
     pub sd: Option<f64>,
-    /// Measurement noise that a fit has found; forecasts use it if `sd` is to be estimated.
+    /// Measurement noise that a fit has found, used if `sd` is to be estimated; `None` without a fit.
     pub noise: Option<SensorNoise>,
     /// Range of the sensor, in the output's unit; readings at or beyond its ends are saturated. `None` if unlimited.
     pub range: Option<[f64; 2]>,
@@ -262,7 +262,7 @@ pub struct Numerics {
 /// A system of equations as its file declares it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
-    /// File name, or another name for the source of the text, for messages.
+    /// Name of the model file, or another name for the source of the text, for messages.
     pub file: String,
     /// Name of the modelled system.
     pub name: String,
@@ -288,7 +288,7 @@ pub struct Model {
     pub covariance: Option<Covariance>,
     /// Effects declared in the file that discovery may try.
     pub candidates: Vec<Row>,
-    /// Text of the file, so that it can be written back with its comments.
+    /// Text of the model file, so that it can be written back with its comments.
     pub text: String,
 }
 

@@ -11,7 +11,7 @@ const SLOPE_SAMPLES: usize = 5;
 pub struct FirstSamples<'a> {
     /// Times of the samples, s.
     pub times: &'a [f64],
-    /// Values of each output of the model at these times; missing values are NaN.
+    /// Measured values of each output of the model, one per sample time; missing values are NaN.
     pub outputs: &'a [&'a [f64]],
     /// Values of the inputs at the first sample, in the order of the model.
     pub inputs: &'a [f64],
@@ -82,7 +82,7 @@ impl Bindings for FirstSamples<'_> {
     }
 }
 
-/// Measured samples of an output, with their times.
+/// Lists the measured samples of an output, with their times (s); missing values are left out.
 fn measured_samples<'a>(
     samples: &'a FirstSamples<'_>,
     output: usize,

@@ -7,7 +7,7 @@ use crate::error::{Fault, ModelError, Place};
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value, value};
 
 impl Model {
-    /// Text of a model file that reads back as this model.
+    /// Writes this model as the text of a model file that reads back as the same model.
     ///
     /// The text from which the model was read is edited: nominal values, confidence intervals, input
     /// interpolation, noise, start values that are shared, and effects are set to those of this model.

@@ -158,7 +158,7 @@ pub(crate) fn instead_of(name: &str) -> Option<&'static str> {
     INSTEAD.iter().find(|(names, _)| names.contains(&name.as_str())).map(|(_, text)| *text)
 }
 
-/// Whether no quantity of a model may have this name.
+/// Whether `name` is reserved, so that no quantity of a model may have it.
 pub(crate) fn is_reserved(name: &str) -> bool {
     name.starts_with('_') || RESERVED.contains(&name) || Function::names().any(|n| n == name)
 }

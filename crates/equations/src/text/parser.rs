@@ -104,7 +104,7 @@ impl Parser<'_, '_> {
         Ok(())
     }
 
-    /// Skips the present token if it is `sign`; returns whether it was.
+    /// Skips the present token if it is the sign `sign`; returns whether it was.
     fn take(&mut self, sign: u8) -> Result<bool, Failure> {
         let is_present = self.token == Token::Sign(sign);
         if is_present {

@@ -61,7 +61,7 @@ fn bytes(out: &Simulated) -> Vec<u64> {
         .collect()
 }
 
-/// The equations of the example `pendulum`, in Rust.
+/// The equations of the example model `pendulum`, written in Rust for comparison.
 #[derive(Debug)]
 struct Pendulum(Schema, Vec<Parameter>);
 
