@@ -26,7 +26,7 @@ pub enum SimulationError {
     NotFinite {
         /// Name of the simulated system.
         system: String,
-        /// Time at which the state was no longer finite, s.
+        /// Time at which the state was no longer finite (infinite or NaN), s.
         time_s: f64,
     },
     /// The integrator exceeded its step limit: the equations are stiff or discontinuous.

@@ -14,7 +14,7 @@ pub enum Per {
     Trajectory,
 }
 
-/// Half width of the 95 % interval of a normal distribution, in standard deviations.
+/// Half width of the 95 % interval of a standard normal distribution: 1.96 standard deviations.
 pub const NORMAL_95: f64 = 1.959_963_984_540_054;
 
 /// A parameter of a model, with its bounds and, after a fit, its interval.
@@ -75,7 +75,7 @@ impl Parameter {
     }
 }
 
-/// Bound of the magnitude of table values, in the unit of the table's target.
+/// Maximum absolute value of a table at a knot, in the unit of the table's target.
 const MAX_KNOT_VALUE: f64 = 100.0;
 
 /// Error: a parameter has a value for a group that the data do not have.

@@ -19,7 +19,7 @@ pub struct Stream {
 pub struct DetectedEvent {
     /// Time at which the event was detected, s.
     pub time: f64,
-    /// Rough estimate of the event's parameter (for an impact: the restitution).
+    /// Rough estimate of the event parameter at the event (for an impact: the restitution).
     pub value: f64,
 }
 
@@ -51,7 +51,7 @@ pub struct Record {
     pub windows: Vec<Window>,
     /// Sample ranges of the record that are forecast separately; if empty, the whole record is.
     pub forecasts: Vec<Range<usize>>,
-    /// Sample ranges without an event, in which the motion is smooth; empty where unknown.
+    /// Sample ranges of the record without an event, in which the motion is smooth; empty where unknown.
     pub smooth_segments: Vec<Range<usize>>,
     /// Events detected in the data of the record.
     pub events: Vec<DetectedEvent>,
@@ -110,7 +110,7 @@ impl Record {
 /// independent would halve the estimated slow part of coloured noise.
 pub const CORRELATION_STEPS: f64 = 2.6;
 
-/// Standard deviation of a channel's samples over all records; 1 if it is 0 or there are none.
+/// Standard deviation of a channel's samples over all records, in its unit; 1 if it is 0 or there are none.
 pub fn channel_sd(records: &[Record], channel: usize) -> f64 {
     let samples = records.iter().filter_map(|r| r.values.get(channel)).flatten().copied();
     let values: Vec<f64> = samples.filter(|v| v.is_finite()).collect();

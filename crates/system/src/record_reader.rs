@@ -73,7 +73,7 @@ impl<'d> RecordReader<'d> {
         self
     }
 
-    /// Reads a trajectory of the data set; covariates, group and windows are left empty.
+    /// Reads a trajectory of the data set as a record; covariates, group and windows are left empty.
     pub fn read(&self, t: &Trajectory) -> Record {
         let rows: Vec<usize> =
             (0..t.len()).filter(|&k| self.channels.iter().any(|c| c.is_sampled(t, k))).collect();

@@ -88,7 +88,7 @@ pub struct Target {
     pub location: String,
     /// Whether a table that adds to this quantity slows down every simulation.
     pub costly: bool,
-    /// Typical magnitude of a relevant addition, in the unit of the quantity.
+    /// Typical magnitude of an addition that matters, in the unit of the quantity.
     pub typical: f64,
 }
 
@@ -101,7 +101,7 @@ pub struct ErrorFigure {
     pub channels: Vec<usize>,
     /// Display unit of the error figure, and conversion factor to it from the unit of the channels.
     pub unit: (String, f64),
-    /// Whether a sample's error is the Euclidean norm over the channels, not one error per channel.
+    /// Whether a sample's error is the Euclidean norm over the channels; if not, each channel has its own error.
     pub is_euclidean: bool,
 }
 

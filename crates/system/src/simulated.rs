@@ -41,7 +41,7 @@ pub struct Simulated {
 const ROW_MULTIPLE: usize = 4;
 
 impl Simulated {
-    /// Resizes the buffers, sets all values and derivatives to 0 and removes all events.
+    /// Empties the result for a new window: resizes the buffers, sets values and derivatives to 0, removes events.
     ///
     /// Events added later have `features` features each.
     pub fn reset(&mut self, samples: usize, channels: usize, lanes: usize, features: usize) {
@@ -115,7 +115,7 @@ impl Simulated {
         &self.event_times
     }
 
-    /// Features of an event in the order of the schema; NaN for those that are not defined.
+    /// Features of the event with index `event`, in the order of the schema; NaN for those that are not defined.
     pub fn event(&self, event: usize) -> &[f64] {
         &self.event_features[event * self.features..][..self.features]
     }

@@ -53,7 +53,7 @@ pub struct Task<'a> {
     pub record: &'a Record,
     /// Range of the record's samples to simulate; a window that does not start at sample 0 starts during the motion.
     pub window: Range<usize>,
-    /// Initial state at the first sample of the window, in the order of the schema.
+    /// Initial state at the first sample of the window, in the order of the schema's states.
     pub start: &'a [f64],
     /// Offsets added to the event parameter at the events of the window.
     pub offsets: Offsets<'a>,
