@@ -17,8 +17,7 @@ pub(crate) struct Listed {
     pub points: usize,
 }
 
-/// A random effect of the parameter of the system's events, such as a restitution that varies between
-/// bounces.
+/// A random effect: the parameter of the system's events varies between events or between records.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RandomEffect {
     pub per: ScatterPer,

@@ -95,7 +95,7 @@ impl Damping {
 }
 
 /// A minimisation of the cost: whether it changes theta (the shared parameters) or only the nuisances
-/// (initial state, event offsets), and its simulations of all records so far.
+/// (initial state, record parameters, event offsets), and its simulations of all records so far.
 pub(crate) struct Descent {
     pub moves_theta: bool,
     pub work: usize,

@@ -65,7 +65,7 @@ impl Lanes {
     }
 
     /// Number of derivatives with respect to parameters, which come before those of the nuisances (initial
-    /// state, event offsets).
+    /// state, record parameters, event offsets).
     pub fn common(&self) -> usize {
         self.theta.len() + self.extras
     }
@@ -230,7 +230,7 @@ fn tolerance_cost(q: f64, m: f64) -> (f64, f64) {
 
 /// Normal equations of one window in all its variables: `h = J'WJ`, `g = J'Wr`, and the cost `q`. J are the
 /// derivatives of the residuals r, W is the weight of the window; `q` includes the priors of the nuisances
-/// (initial state, event offsets).
+/// (initial state, record parameters, event offsets).
 #[derive(Clone, Debug)]
 pub(crate) struct NormalEquations {
     pub h: Square,
@@ -480,7 +480,7 @@ fn for_each_whitened<D: AsMut<[f64]> + Clone>(
 }
 
 /// Multiplies the sums of a window by its robust weight and adds the priors of its nuisances (initial state,
-/// event offsets).
+/// record parameters, event offsets).
 fn weigh_and_add_priors(
     point: &Point<'_>,
     lanes: &Lanes,

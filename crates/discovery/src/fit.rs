@@ -34,8 +34,8 @@ pub(crate) struct Fit {
     pub cost: f64,
     /// Log likelihood, up to a constant that is common to all hypotheses on the same records.
     pub ll: f64,
-    /// Information matrix of theta (the shared parameters), with the nuisances (initial state, event offsets)
-    /// eliminated.
+    /// Information matrix of theta (the shared parameters), with the nuisances (initial state, record
+    /// parameters, event offsets) eliminated.
     pub information: Square,
     /// For each window: squared norm of the residuals, in units of the noise, and their degrees of freedom.
     pub residual_norms: Vec<[f64; 2]>,
@@ -45,8 +45,8 @@ pub(crate) struct Fit {
     pub events: Vec<Vec<Event>>,
 }
 
-/// Joins the fitted nuisances (initial state, event offsets) of several samples of records, in the order of
-/// the records in the data.
+/// Joins the fitted nuisances (initial state, record parameters, event offsets) of several samples of
+/// records, in the order of the records in the data.
 pub(crate) fn merge_nuisances(parts: &[(&ChosenRecords<'_>, &Fit)]) -> Vec<Vec<f64>> {
     let mut by_record: BTreeMap<usize, &[Vec<f64>]> = BTreeMap::new();
     for (sample, fit) in parts {
@@ -56,8 +56,8 @@ pub(crate) fn merge_nuisances(parts: &[(&ChosenRecords<'_>, &Fit)]) -> Vec<Vec<f
     by_record.into_values().flatten().cloned().collect()
 }
 
-/// Computes the information matrix of theta (the shared parameters), with the nuisances (initial state, event
-/// offsets) eliminated.
+/// Computes the information matrix of theta (the shared parameters), with the nuisances (initial state,
+/// record parameters, event offsets) eliminated.
 fn information(h: &Hypothesis, lanes: &[Lanes], normals: &[NormalEquations]) -> Square {
     let mut s = Square::zero(h.theta_len());
     for (l, normal) in lanes.iter().zip(normals) {

@@ -5,8 +5,8 @@ use crate::hypothesis::Hypothesis;
 use crate::nuisance_fit::{NuisanceFit, assemble_windows, finish_nuisance_fits, nuisance_step};
 use crate::record::ChosenRecords;
 
-/// Point in a fit: parameters, nuisances (initial state, event offsets) of the windows, and the normal
-/// equations there.
+/// Point in a fit: parameters, nuisances (initial state, record parameters, event offsets) of the windows,
+/// and the normal equations there.
 pub(crate) struct State {
     pub theta: Vec<f64>,
     /// Initial state, record parameters and event offsets (together the nuisances) of each window.
@@ -18,7 +18,7 @@ pub(crate) struct State {
 
 impl State {
     /// Evaluates the normal equations at `theta` (the shared parameters) and the nuisances (initial state,
-    /// event offsets) of all windows.
+    /// record parameters, event offsets) of all windows.
     pub fn evaluate(
         sample: &ChosenRecords<'_>,
         h: &Hypothesis,
@@ -31,8 +31,8 @@ impl State {
         Self { theta, nuisance, normals, q }
     }
 
-    /// Moves theta (the shared parameters) by `step` and refits the nuisances (initial state, event offsets)
-    /// of each window.
+    /// Moves theta (the shared parameters) by `step` and refits the nuisances (initial state, record
+    /// parameters, event offsets) of each window.
     ///
     /// The costs of windows are compared only after their nuisances were refitted. Otherwise strongly coupled
     /// nuisances make the path a curved valley that allows only small steps.
@@ -73,8 +73,8 @@ impl State {
     }
 }
 
-/// Computes the normal equations of all windows at given parameters and nuisances (initial state, event
-/// offsets).
+/// Computes the normal equations of all windows at given parameters and nuisances (initial state, record
+/// parameters, event offsets).
 pub(crate) fn assemble_all(
     sample: &ChosenRecords<'_>,
     h: &Hypothesis,

@@ -1,4 +1,4 @@
-//! The noise estimate of a data set.
+//! Measurement noise of a data set, as estimated before any fit.
 
 use augsim_data::FrameClock;
 

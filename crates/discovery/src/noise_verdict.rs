@@ -1,4 +1,4 @@
-//! The verdict in view of the cause of the residuals.
+//! Adapts the verdict of a result to the kind of noise that causes the residuals.
 //!
 //! Autocorrelated errors of correlation time T are noise only if the records contain enough independent values of them: each of duration D contains
 //! max(1, D / 2T). With fewer than the number of blocks, a missing effect that varies as slowly would look the same, and the score's blocks would share

@@ -14,10 +14,11 @@ use rayon::prelude::*;
 /// Excess of a window's cost over the predicted cost above which a kink of the cost is suspected. A kink
 /// arises where the simulation gains or loses an event.
 const MAX_EXCESS_COST: f64 = 5.0;
-/// Fractions of the step of its nuisances (initial state, event offsets) that are tried for a window at a
-/// kink of its cost.
+/// Fractions of the step of its nuisances (initial state, record parameters, event offsets) that are tried
+/// for a window at a kink of its cost.
 const STEP_FRACTIONS: [f64; 2] = [0.2, 0.0];
-/// Maximum number of steps in the fit of a window's nuisances (initial state, event offsets).
+/// Maximum number of steps in the fit of a window's nuisances (initial state, record parameters, event
+/// offsets).
 const MAX_NUISANCE_STEPS: usize = 8;
 /// Maximum number of nuisance steps of a window that are simulated at once. Each is the one to try if those
 /// before it fail.
@@ -51,7 +52,7 @@ pub(crate) fn nuisance_step(
     now.iter().zip(x).map(|(n, d)| n + d).collect()
 }
 
-/// State of the fit of one window's nuisances (initial state, event offsets).
+/// State of the fit of one window's nuisances (initial state, record parameters, event offsets).
 pub(crate) struct NuisanceFit<'a> {
     window: RecordWindow<'a>,
     lanes: &'a Lanes,
@@ -61,10 +62,11 @@ pub(crate) struct NuisanceFit<'a> {
     stage: Stage<'a>,
 }
 
-/// Stage of the fit of a window's nuisances (initial state, event offsets).
+/// Stage of the fit of a window's nuisances (initial state, record parameters, event offsets).
 #[derive(Clone, Copy)]
 enum Stage<'a> {
-    /// Tries fraction number `n` of the step from these nuisances (initial state, event offsets).
+    /// Tries fraction number `n` of the step from these nuisances (initial state, record parameters, event
+    /// offsets).
     Shortened(usize, &'a [f64]),
     /// Levenberg-Marquardt steps: damping of the next step, and number of steps done.
     LevenbergMarquardt(f64, usize),
@@ -76,9 +78,9 @@ const INITIAL_DAMPING: f64 = 1e-6;
 
 impl<'a> NuisanceFit<'a> {
     /// Starts the fit of a window at `trial`, reached by a step from the nuisances `now` (initial state,
-    /// event offsets) with the predicted cost `cost`. If its cost exceeds `cost` by more than
-    /// [`MAX_EXCESS_COST`], its own step is shortened first: one window at a kink (an event more or less)
-    /// must not reject the step of all windows. A rise that was predicted, because the step suits other
+    /// record parameters, event offsets) with the predicted cost `cost`. If its cost exceeds `cost` by more
+    /// than [`MAX_EXCESS_COST`], its own step is shortened first: one window at a kink (an event more or
+    /// less) must not reject the step of all windows. A rise that was predicted, because the step suits other
     /// windows, does not count.
     pub fn after_theta_step(
         window: RecordWindow<'a>,
@@ -122,8 +124,8 @@ impl<'a> NuisanceFit<'a> {
         }
     }
 
-    /// Up to `most` nuisances (initial state, event offsets) of the window to try next, each for the case
-    /// that those before it fail.
+    /// Up to `most` nuisances (initial state, record parameters, event offsets) of the window to try next,
+    /// each for the case that those before it fail.
     fn ahead(&mut self, most: usize) -> Vec<Vec<f64>> {
         let stage = self.stage;
         let mut ahead = Vec::new();
@@ -192,7 +194,7 @@ impl<'a> NuisanceFit<'a> {
 }
 
 /// Computes the normal equations of some windows of a sample at given parameters and nuisances (initial
-/// state, event offsets).
+/// state, record parameters, event offsets).
 pub(crate) fn assemble_windows(
     sample: &ChosenRecords<'_>,
     h: &Hypothesis,

@@ -21,7 +21,7 @@ struct Point {
     y: [f64; 2],
 }
 
-/// p-value of a period in the event offsets: deviations of the events' parameter (such as a restitution).
+/// p-value of a period in the event offsets: deviations of the events' parameter from its common value.
 ///
 /// It is the smallest p-value of least-squares periodograms (Lomb 1976; Zechmeister and Kürster 2009, with a
 /// mean) of the offsets, and of the offsets times the strength of their events. Slow frequencies (multiples of

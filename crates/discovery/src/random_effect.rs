@@ -143,8 +143,8 @@ impl CommonFit {
         sample.windows().into_iter().map(|at| Lanes::new(&self.hypothesis, at, &[])).collect()
     }
 
-    /// Evaluates the model with all records at the common values `theta`; the nuisances (initial state, event
-    /// offsets) are fitted starting from `nuisance`.
+    /// Evaluates the model with all records at the common values `theta`; the nuisances (initial state,
+    /// record parameters, event offsets) are fitted starting from `nuisance`.
     fn common_state(&self, sample: &ChosenRecords<'_>, theta: &[f64], nuisance: &[Vec<f64>]) -> State {
         let fitted = fit_nuisance(sample, &self.hypothesis, theta, nuisance);
         let normals = assemble_all(sample, &self.hypothesis, &self.lanes(sample), theta, &fitted.nuisance);
@@ -373,8 +373,8 @@ impl CommonFit {
     }
 }
 
-/// Curvature and gradient of a window in all `p` shared parameters, with its nuisances (initial state, event
-/// offsets) eliminated.
+/// Curvature and gradient of a window in all `p` shared parameters, with its nuisances (initial state, record
+/// parameters, event offsets) eliminated.
 fn reduced(lanes: &Lanes, normal: &NormalEquations, p: usize) -> (Square, Vec<f64>) {
     let (sw, uw, _) = eliminate(&normal.h, &normal.g, lanes.common());
     let (mut s, mut u) = (Square::zero(p), vec![0.0; p]);

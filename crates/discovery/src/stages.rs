@@ -1,4 +1,4 @@
-//! Intermediate results of the stages.
+//! Intermediate results of a discovery: after the search and after the judgement.
 
 use crate::columns::Family;
 use crate::judge::{Findings, ResidualTests};

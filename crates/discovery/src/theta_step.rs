@@ -15,8 +15,8 @@ const MAX_SOFTENED_SHARE: f64 = 0.5;
 /// A step of theta, the vector of shared parameters.
 pub(crate) struct Step {
     pub change: Vec<f64>,
-    /// Predicted decrease of the cost along the step, if the nuisances (initial state, event offsets) are
-    /// refitted.
+    /// Predicted decrease of the cost along the step, if the nuisances (initial state, record parameters,
+    /// event offsets) are refitted.
     pub predicted_decrease: f64,
     /// Length of the step, measured with the diagonal of the curvature.
     pub length: f64,
@@ -50,7 +50,8 @@ pub(crate) fn shorter_step(
 }
 
 /// Curvature and gradient of the cost in theta (the shared parameters), with the nuisances (initial state,
-/// event offsets) eliminated. The diagonals of the windows' curvatures are multiplied by `1 + damping`.
+/// record parameters, event offsets) eliminated. The diagonals of the windows' curvatures are multiplied by
+/// `1 + damping`.
 ///
 /// The robust cost has less curvature than the sum of squares. With missing effects, where residuals are
 /// large, steps that ignore this are too short by a factor.

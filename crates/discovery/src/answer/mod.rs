@@ -1,4 +1,4 @@
-//! The result in numbers and words.
+//! Computation of a discovery's result: prediction errors, estimates and texts.
 
 mod errors;
 

@@ -1,4 +1,4 @@
-//! Candidates that the data can support.
+//! Candidate effects that the data can support.
 
 use crate::addition::Addition;
 use crate::hypothesis::Hypothesis;

@@ -1,4 +1,4 @@
-//! Cells: the parts of windows in blocks.
+//! Cells: the part of one window that lies in one block, with its sums of products.
 
 use super::rows::WindowRows;
 use crate::linear::Square;

@@ -14,8 +14,8 @@ use crate::record::ChosenRecords;
 use crate::record::RecordWindow;
 use augsim_system::{Seed, System};
 
-/// Residuals and sensitivities of one window, with its nuisances (initial state, event offsets) projected
-/// out.
+/// Residuals and sensitivities of one window, with its nuisances (initial state, record parameters, event
+/// offsets) projected out.
 #[derive(Clone, Debug)]
 pub(crate) struct WindowRows {
     /// Robust weight of the window in the fit.
@@ -28,13 +28,13 @@ pub(crate) struct WindowRows {
     pub values: Vec<f64>,
     /// Block and channel of each row.
     pub block_and_channel: Vec<(u16, u16)>,
-    /// Number of rows that represent priors of nuisances (initial state, event offsets).
+    /// Number of rows that represent priors of nuisances (initial state, record parameters, event offsets).
     pub priors: usize,
     /// Part of the window's cost that its rows do not contain: log determinants of its event offsets.
     pub constant: f64,
     projection: Projection,
-    /// Residuals of the measured samples before the nuisances (initial state, event offsets) are projected
-    /// out.
+    /// Residuals of the measured samples before the nuisances (initial state, record parameters, event
+    /// offsets) are projected out.
     plain: Vec<f64>,
 }
 
@@ -43,7 +43,8 @@ pub(crate) struct WindowRows {
 #[derive(Clone, Debug)]
 struct Projection {
     count: usize,
-    /// Sensitivities of the residuals to the nuisances (initial state, event offsets), `count` numbers a row.
+    /// Sensitivities of the residuals to the nuisances (initial state, record parameters, event offsets),
+    /// `count` numbers a row.
     rows: Vec<f64>,
     precision: Vec<f64>,
     factor: Cholesky,
@@ -63,8 +64,8 @@ impl Projection {
         Self { count, rows, precision, factor }
     }
 
-    /// Projects the nuisances (initial state, event offsets) out of columns, `width` numbers a row. Returns
-    /// the rows of the priors.
+    /// Projects the nuisances (initial state, record parameters, event offsets) out of columns, `width`
+    /// numbers a row. Returns the rows of the priors.
     fn apply(&self, columns: &mut [f64], width: usize, weight: f64) -> Vec<f64> {
         let n = self.count;
         if n == 0 || width == 0 {
@@ -87,8 +88,8 @@ impl Projection {
     }
 
     /// Residuals, then those of the priors, after the Gauss-Newton step of the nuisances (initial state,
-    /// event offsets) to their minimum. At a minimum, where the gradients of residuals and priors cancel, the
-    /// step is 0.
+    /// record parameters, event offsets) to their minimum. At a minimum, where the gradients of residuals and
+    /// priors cancel, the step is 0.
     fn residuals_after_nuisance_step(
         &self,
         residuals: &[f64],
@@ -166,8 +167,8 @@ impl<'a> FitWindows<'a> {
         Rows { width, windows }
     }
 
-    /// Projects the nuisances (initial state, event offsets) out of one window's rows; `values` are its rows
-    /// with all derivatives.
+    /// Projects the nuisances (initial state, record parameters, event offsets) out of one window's rows;
+    /// `values` are its rows with all derivatives.
     fn window(
         &self,
         w: usize,

@@ -18,8 +18,8 @@ pub(crate) fn heterogeneity(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<(f64, 
 }
 
 /// For each window, its contribution to the cost in each shared parameter: (index in theta, curvature,
-/// gradient). The nuisances (initial state, event offsets) of the window are eliminated; curvature and
-/// gradient are those of half the cost.
+/// gradient). The nuisances (initial state, record parameters, event offsets) of the window are eliminated;
+/// curvature and gradient are those of half the cost.
 pub(crate) fn parts(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<Vec<(usize, f64, f64)>> {
     let h = &fit.hypothesis;
     let lanes: Vec<Lanes> = sample.windows().into_iter().map(|at| Lanes::new(h, at, &[])).collect();

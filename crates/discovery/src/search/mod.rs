@@ -1,4 +1,4 @@
-//! The search: linearise, select, refit, repeat.
+//! The search for effects: linearise at the best set, select new sets, refit them, repeat.
 
 mod heterogeneity;
 mod length;

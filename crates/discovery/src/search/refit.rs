@@ -169,8 +169,9 @@ impl<'a> Search<'a> {
         theta
     }
 
-    /// Initial nuisances (initial state, event offsets) of the windows, from those of the fit `from`. If the
-    /// random effect of the events changes, their offsets are dropped or start at rough values.
+    /// Initial nuisances (initial state, record parameters, event offsets) of the windows, from those of the
+    /// fit `from`. If the random effect of the events changes, their offsets are dropped or start at rough
+    /// values.
     fn initial_nuisances(&self, from: &Fit, h: &Hypothesis, theta: &[f64]) -> Vec<Vec<f64>> {
         let is_same_scatter = from.hypothesis.scatter.map(|s| s.per) == h.scatter.map(|s| s.per);
         let Some(event) = self.event_parameter().filter(|_| !is_same_scatter) else {
