@@ -14,7 +14,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Maximum number of drawn offsets of the event parameter; later events use the nominal value.
+/// Maximum number of events with a drawn offset of the event parameter; later events use the nominal value.
 const MAX_EVENT_DRAWS: usize = 1000;
 
 /// Maximum number of simulated values for which all simulations run on the calling thread.

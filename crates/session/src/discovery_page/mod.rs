@@ -1,4 +1,4 @@
-//! The HTML report of a discovery: what the model lacks, the evidence, and the error before and after.
+//! The HTML report of a discovery: what the model lacks, the statistical support, and errors before and after.
 
 mod errors;
 mod examples;
@@ -36,7 +36,7 @@ struct DeclaredModel {
     /// Description of the quantity whose error is reported.
     quantity: String,
     parameters: Vec<DeclaredParameter>,
-    /// Declared standard deviation of the measurement noise, in the unit of the sensor; `None` for an equation model.
+    /// Declared standard deviation of the measurement noise, in the sensor's unit; `None` without one for the report.
     sensor_sd: Option<f64>,
 }
 
