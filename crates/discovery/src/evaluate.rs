@@ -507,7 +507,7 @@ fn weigh_and_add_priors(
 
 #[cfg(test)]
 impl Lanes {
-    /// Derivatives with respect to `count` initial states alone.
+    /// Order of derivatives that contains `count` initial states alone, for tests.
     pub fn of_starts(count: usize) -> Self {
         let (seeds, start) = ((0..count).map(Seed::Start).collect(), (0..count).collect());
         Self { seeds, theta: Vec::new(), extras: 0, start, local: Vec::new(), offsets: 0 }

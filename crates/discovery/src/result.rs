@@ -182,7 +182,7 @@ pub struct ErrorTable {
     pub unit: String,
     /// Number of held-out trajectories that were predicted.
     pub heldout_trajectories: usize,
-    /// Number of cross-validation folds, without each of which the whole search was repeated. Absent where
+    /// Number of cross-validation folds; the whole search was repeated without each of them. Absent where
     /// records were held out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub folds: Option<usize>,

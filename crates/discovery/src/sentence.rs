@@ -21,9 +21,9 @@ fn negligible_error(reduction: f64) -> f64 {
 
 /// Sorts the effects of a result, which together removed the error `reduction`, for its sentence. First come
 /// those that remove more than a negligible error, by the error removed. Then come those that do not change
-/// predictions (random effects) and single effects. Last come those that remove no error, because the others
-/// compensate or because held-out predictions do not confirm them. The last two are sorted by their share of
-/// the log-likelihood gain.
+/// predictions (random effects) and an effect that is the only one. Last come those that remove no error,
+/// because the others compensate or because held-out predictions do not confirm them. The last two are sorted
+/// by their share of the log-likelihood gain.
 pub(crate) fn order(effects: &mut [FoundEffect], reduction: f64) {
     let negligible_error = negligible_error(reduction);
     let rank = |e: &FoundEffect| match e.removed {

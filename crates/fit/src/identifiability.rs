@@ -20,7 +20,7 @@ const IDENTIFIABILITY_CUTOFF: f64 = 1e-9;
 /// rounding error of `f64`.
 const STATE_CUTOFF: f64 = 1e-13;
 /// Shift along an unidentifiable direction, in standard errors of a parameter, above which it belongs to the
-/// gauge.
+/// gauge (the parameters of which only combinations are identifiable).
 ///
 /// A shift of one standard error lowers the coverage of a 95 % interval to 83 %.
 const MIN_GAUGE_SHIFT: f64 = 1.0;

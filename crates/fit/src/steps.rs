@@ -122,7 +122,8 @@ impl<'k> Descent<'k> {
         }
     }
 
-    /// Advances the fit by one evaluation: `evaluated` are the normal equations at the pending point.
+    /// Advances the fit by one evaluation: `evaluated` are the normal equations at the point that
+    /// [`pending_point`](Self::pending_point) returned.
     ///
     /// # Errors
     /// A window cannot be simulated at the current point. A trial step to such a point is rejected instead.

@@ -1,4 +1,4 @@
-//! Computation of a discovery's result: prediction errors, estimates and texts.
+//! What a discovery result is computed from, and the prediction errors in it.
 
 mod errors;
 

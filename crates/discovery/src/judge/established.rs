@@ -18,7 +18,7 @@ const EQUIVALENT_ERRORS: f64 = 2.0;
 /// Reason why a finding is only a lead and not established.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Shortcoming {
-    /// The finding is not significant among this many candidates.
+    /// The finding is not significant, given the number of candidates that were tested.
     NotSignificant,
     /// The finding is selected in too few resamples.
     NotStable,

@@ -160,7 +160,8 @@ impl Evidence {
         (largest - gains.iter().sum::<f64>()).exp().min(1.0)
     }
 
-    /// Standard error of the gain over `other`, nats, from the scatter of the gains of the blocks.
+    /// Standard error of the gain over the model of `other`, nats, from the scatter of the gains of the
+    /// blocks.
     pub fn gain_standard_error(&self, other: &Self) -> f64 {
         let gains = self.gains_over(other);
         let n = gains.len() as f64;
