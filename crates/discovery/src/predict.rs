@@ -95,7 +95,7 @@ struct VaryingParameters {
     through: Option<Addition>,
     /// Indices of the varying parameters in the system's parameter vector.
     places: Range<usize>,
-    /// Standard deviation of the varying parameters between records, in their unit.
+    /// Standard deviation between records of each varying parameter, which all have one unit.
     sd: f64,
     /// 95 % interval of the standard deviation, from the model file; `None` if the file has none.
     ci95: Option<[f64; 2]>,

@@ -67,7 +67,7 @@ pub(crate) struct StartingPoint<'b> {
 /// Point at which a fit next needs the normal equations evaluated.
 #[derive(Debug)]
 enum Pending {
-    /// The fit needs them at its starting point, which was not evaluated yet.
+    /// The fit needs the normal equations at its starting point, which was not evaluated yet.
     Start,
     /// The fit needs them at its current point again, because the residual scales have changed.
     Rescaled,

@@ -1,6 +1,7 @@
 //! Check for degrees Celsius in a column of kelvins.
 //!
-//! 1. A temperature below 0 K does not exist.
+//! 1. A temperature below 0 K does not exist. Without a temperature in the model, values around 0 K are a
+//!    difference of temperatures with noise, so all values have to be below.
 //! 2. The values are degrees Celsius where adding 273.15 brings their median nearer to a temperature that the
 //!    model declares. Without a tolerance, this is the more likely of the two readings.
 //!
@@ -34,13 +35,14 @@ fn find(data: &Dataset, index: usize, temperatures: &[f64]) -> Option<Finding> {
     let mut values: Vec<f64> = data.trajectories().iter().flat_map(|t| series.samples(t).1).collect();
     let typical = median(&mut values)?;
     let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let distance = |value: f64| temperatures.iter().map(|t| (value - t).abs()).fold(f64::INFINITY, f64::min);
     let declared = temperatures
         .iter()
         .copied()
         .min_by(|a, b| (typical + ZERO_CELSIUS_K - a).abs().total_cmp(&(typical + ZERO_CELSIUS_K - b).abs()))
         .filter(|_| distance(typical + ZERO_CELSIUS_K) < distance(typical));
-    (smallest < 0.0 && temperatures.is_empty() || declared.is_some()).then(|| Finding::CelsiusInKelvin {
+    (largest < 0.0 && temperatures.is_empty() || declared.is_some()).then(|| Finding::CelsiusInKelvin {
         column: series.name().to_owned(),
         typical_kelvin: typical,
         smallest_kelvin: smallest,

@@ -59,6 +59,8 @@ fn degrees_celsius_in_kelvins_are_found() {
         (20.0, &[295.0][..], true),
         (20.0, &[295.0, 10.0], true),
         (-10.0, &[], true),
+        // A difference of temperatures that decays to 0, with noise.
+        (-0.1, &[], false),
         (293.0, &[295.0], false),
         (4.0, &[4.2], false),
         (77.0, &[], false),

@@ -247,7 +247,8 @@ fn quantities(model: &Model) -> Vec<String> {
     states.chain(inputs).chain(model.lets.iter().map(|l| &l.name)).cloned().collect()
 }
 
-/// Places for parameters in the resets of events, with the absolute value of the state that is reset.
+/// Parameters in the resets of events that an effect may change, with the absolute value of the reset state as the
+/// quantity on which the change depends.
 fn reset_places(model: &Model) -> Vec<Place> {
     let mut places: Vec<Place> = Vec::new();
     for (state, value) in model.events.iter().flat_map(|e| &e.set) {

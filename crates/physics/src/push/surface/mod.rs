@@ -33,7 +33,7 @@ pub enum Surface<'a, S> {
     Superellipsoid {
         /// Ratio `c` of the largest moment to the largest force, m.
         c: S,
-        /// Exponent p of the surface, above 1.
+        /// Exponent p of the limit surface `|f|^p + |m/c|^p = 1`, above 1.
         exponent: S,
     },
     /// Limit surface that is a level set of a convex polynomial of the fourth degree.
