@@ -201,8 +201,8 @@ impl Draws {
     }
 }
 
-/// Quantile at `level` of the distribution from which the sorted draws come. Order statistics are at `k / (n
-/// + 1)` (type 6 of Hyndman and Fan), so that a new draw is below it with probability `level`. The usual
+/// Quantile at `level` of the distribution from which the sorted draws come. Order statistics are at
+/// `k / (n + 1)` (type 6 of Hyndman and Fan), so that a new draw is below it with probability `level`. The usual
 /// interpolation between smallest and largest draw would be too narrow.
 pub fn quantile_of_draws(sorted: &[f64], level: f64) -> f64 {
     let n = sorted.len();

@@ -79,7 +79,7 @@ pub struct Plant {
     pub start: [(f64, f64); 2],
     /// Index of the state whose rate process noise and bumps disturb.
     pub pushed: usize,
-    /// Value of [`Conditions::surroundings`] in the one recording in which they differ.
+    /// Value of `Conditions::surroundings` in the one recording in which they differ.
     pub other_surroundings: f64,
     /// Controller in closed loop: (middle, half range) of the reference, proportional gain, integral gain.
     pub control: ((f64, f64), f64, f64),

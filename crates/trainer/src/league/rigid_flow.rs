@@ -323,8 +323,8 @@ impl<T: Scalar> PointFlow<T> {
 
 /// Computes flows `[time, 2, lane]` of point `k` and their Jacobian `[time, 2, INPUTS, lane]`.
 ///
-/// `inputs [time, INPUTS, lane]` are the weights of the rigid motions and the motions; flows are displacements in the
-/// units of the network's outputs.
+/// `inputs [time, INPUTS, lane]` are the affinities of the point to the bodies, and the motions; flows are
+/// displacements in the units of the network's outputs.
 fn flows_with_jacobian<T: Scalar>(rows: &Rows<'_, T>, k: usize, inputs: &[T]) -> (Vec<T>, Vec<T>) {
     let (lanes, time) = (rows.lanes, rows.count());
     let mut values = vec![T::ZERO; time * 2 * lanes];
