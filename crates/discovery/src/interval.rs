@@ -9,7 +9,7 @@
 //! effective number of informative records less one as degrees of freedom.
 
 use crate::linear::{Square, dot};
-use crate::score::Clusters;
+use crate::score::{Clusters, lag_weight};
 use crate::statistics::student_quantile;
 
 /// 97.5 % quantile of the standard normal distribution, for a two-sided 95 % interval.
@@ -47,19 +47,12 @@ impl Intervals {
     fn from_parts(information: &Square, clusters: &[Quadratic], lags: usize) -> Self {
         let white_factor = information.cholesky();
         let white = white_factor.inverse();
-        let minus = |from: &Square, by: &Square| {
-            let a = from.a.iter().zip(&by.a).map(|(x, y)| x - y).collect();
-            Square { n: from.n, a }
-        };
-        let mut bread = Square::zero(information.n);
-        for (s, _) in clusters {
-            bread.a.iter_mut().zip(&s.a).for_each(|(a, b)| *a += b);
-        }
+        let bread = Square::sum(information.n, clusters.iter().map(|(s, _)| s));
         let bread_factor = bread.cholesky();
         let bread_factor = if bread_factor.is_definite() { bread_factor } else { white_factor };
         let left_out = |(s, u): &Quadratic| {
             // Without a cluster that alone informs a parameter the cost may have no minimum.
-            let others_factor = minus(&bread, s).cholesky();
+            let others_factor = bread.minus(s).cholesky();
             let others_factor = if others_factor.is_definite() { &others_factor } else { &bread_factor };
             [&bread_factor, others_factor].map(|factor| {
                 let mut step = u.clone();
@@ -100,7 +93,7 @@ impl Intervals {
 /// of Newey and West (1987).
 fn scatter(steps: &[f64], lags: usize) -> f64 {
     let of_lag = |lag: usize| {
-        let weight = (1.0 - lag as f64 / (lags + 1) as f64) * if lag > 0 { 2.0 } else { 1.0 };
+        let weight = lag_weight(lag, lags) * if lag > 0 { 2.0 } else { 1.0 };
         weight * steps.iter().skip(lag).zip(steps).map(|(a, b)| a * b).sum::<f64>()
     };
     (0..=lags).map(of_lag).sum()

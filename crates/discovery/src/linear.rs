@@ -24,6 +24,23 @@ impl Square {
         &mut self.a[i * self.n + j]
     }
 
+    /// Adds `weight` times a matrix of equal size.
+    pub fn add(&mut self, weight: f64, other: &Self) {
+        self.a.iter_mut().zip(&other.a).for_each(|(sum, x)| *sum += weight * x);
+    }
+
+    /// Sum of matrices of size `n`.
+    pub fn sum<'a>(n: usize, all: impl IntoIterator<Item = &'a Self>) -> Self {
+        let mut sum = Self::zero(n);
+        all.into_iter().for_each(|other| sum.add(1.0, other));
+        sum
+    }
+
+    /// Difference to another matrix of equal size.
+    pub fn minus(&self, other: &Self) -> Self {
+        Self { n: self.n, a: self.a.iter().zip(&other.a).map(|(x, y)| x - y).collect() }
+    }
+
     /// Submatrix of the rows and columns with the indices `keep`.
     pub fn sub(&self, keep: &[usize]) -> Self {
         let mut s = Self::zero(keep.len());

@@ -216,7 +216,7 @@ impl CommonFit {
                 freedom += rank;
                 misfit += normal.residual_norm_squared;
                 count += normal.degrees_of_freedom;
-                s.a.iter_mut().zip(&sw.a).for_each(|(a, x)| *a += x);
+                s.add(1.0, &sw);
                 v.iter_mut().zip(&vw).for_each(|(a, x)| *a += x);
             }
             let (square, rank) = quadratic_form(&s.sub(&b), &b.iter().map(|&i| v[i]).collect::<Vec<_>>());
@@ -260,7 +260,7 @@ impl CommonFit {
         let (mut t, mut v, mut sum) = (Square::zero(p), vec![0.0; p], 0.0);
         for n in records {
             sum += self.deviance_of_record(n, sd, phi);
-            t.a.iter_mut().zip(&n.s.a).for_each(|(a, x)| *a += x);
+            t.add(1.0, &n.s);
             v.iter_mut().zip(&n.v).for_each(|(a, x)| *a += x);
             if sd > 0.0 {
                 let m = self.precision(n, sd, phi).cholesky().inverse();

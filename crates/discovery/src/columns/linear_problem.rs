@@ -59,7 +59,7 @@ pub(crate) fn sum_blocks(blocks: &[BlockSums]) -> BlockSums {
     let n = blocks.first().map_or(0, |b| b.g.len());
     let mut sum = BlockSums { h: Square::zero(n), g: vec![0.0; n], c: 0.0 };
     for block in blocks {
-        sum.h.a.iter_mut().zip(&block.h.a).for_each(|(a, x)| *a += x);
+        sum.h.add(1.0, &block.h);
         sum.g.iter_mut().zip(&block.g).for_each(|(a, x)| *a += x);
         sum.c += block.c;
     }

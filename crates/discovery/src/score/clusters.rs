@@ -51,7 +51,7 @@ impl Clusters {
             let cluster = if are_whole { homes[cell.window] } else { cell.block };
             let (h, g) = parts[cluster].get_or_insert_with(|| (Square::zero(entries), vec![0.0; entries]));
             let weight = if cell.is_prior { 1.0 } else { scales[cell.window].weight };
-            h.a.iter_mut().zip(&cell.h.a).for_each(|(sum, x)| *sum += weight * x);
+            h.add(weight, &cell.h);
             g.iter_mut().zip(&cell.g).for_each(|(sum, x)| *sum += weight * x);
         }
         let mut parts: Vec<Quadratic> = parts.into_iter().flatten().collect();
@@ -84,8 +84,7 @@ fn gradients(cells: &[Cell], windows: usize, entries: usize) -> Vec<Vec<f64>> {
 /// Factor `k` by which the robust cost reduces curvatures, formula (8), for clusters `parts` with constant
 /// weights.
 fn curvature_share(parts: &[Quadratic], cells: &[Cell], scales: &[Scale], entries: usize) -> f64 {
-    let mut sum = Square::zero(entries);
-    parts.iter().for_each(|(h, _)| sum.a.iter_mut().zip(&h.a).for_each(|(sum, x)| *sum += x));
+    let sum = Square::sum(entries, parts.iter().map(|(h, _)| h));
     let informed = (0..entries).filter(|&i| sum.at(i, i) > 0.0).count().max(1);
     let factor = sum.cholesky();
     let decrease = |(gradient, scale): (&Vec<f64>, &Scale)| {
@@ -103,6 +102,7 @@ mod tests {
     //! Contract: intervals cover where windows are cut by blocks and have errors of their own, as under
     //! process noise. 600 repetitions of two parameters give a standard error of 0.6 %.
     use super::*;
+    use crate::evaluate::cost_and_weight;
     use crate::interval::Intervals;
     use crate::linear_toy::{Toy, ToyFit};
     use crate::score::{Blocks, Evidence, Rows};
@@ -111,7 +111,8 @@ mod tests {
 
     /// Clusters of the linear test model, whose windows follow one another and are cut into `blocks` blocks.
     fn clusters(toy: &Toy, fit: &ToyFit, blocks: usize) -> Clusters {
-        let rows = Rows::of_linear_windows(&toy.rows(&fit.theta, blocks));
+        let rows =
+            Rows::of_linear_windows(&toy.rows(&fit.theta, blocks), |q, m| cost_and_weight(q, m, false).1);
         Evidence::new(&rows, &Blocks::without_samples(blocks), &[false; 2], &[0.0; 2]).clusters()
     }
 

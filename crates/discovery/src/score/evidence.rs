@@ -192,7 +192,7 @@ impl Evidence {
     pub fn freedom(&self, entries: &[usize]) -> f64 {
         let positions: Vec<usize> =
             entries.iter().filter_map(|entry| self.free.iter().position(|i| i == entry)).collect();
-        freedom(&sum(&self.curvatures), self.curvatures.iter(), &positions)
+        freedom(&Square::sum(self.free.len(), &self.curvatures), self.curvatures.iter(), &positions)
     }
 
     /// Variance of the parameter with index `entry` in theta (the shared parameters). It is the larger one of
@@ -216,7 +216,7 @@ fn by_block(cells: &[Cell], scales: &[Scale], blocks: usize, free: &[usize]) -> 
     for cell in cells {
         let weight = if cell.is_prior { 1.0 } else { scales[cell.window].weight };
         let (h, g) = (&mut curvatures[cell.block], &mut gradients[cell.block]);
-        h.a.iter_mut().zip(&cell.h.sub(free).a).for_each(|(a, x)| *a += weight * x);
+        h.add(weight, &cell.h.sub(free));
         g.iter_mut().zip(free).for_each(|(a, &i)| *a += weight * cell.g[i]);
     }
     (curvatures, gradients)
@@ -224,7 +224,7 @@ fn by_block(cells: &[Cell], scales: &[Scale], blocks: usize, free: &[usize]) -> 
 
 /// Steps of all entries of theta (the shared parameters) when each block is left out, formula (1).
 fn moves(curvatures: &[Square], gradients: &[Vec<f64>], free: &[usize], off: &[f64]) -> Vec<Vec<f64>> {
-    let sum = sum(curvatures);
+    let sum = Square::sum(free.len(), curvatures);
     let from_null: Vec<f64> = free.iter().map(|&i| off[i]).collect();
     let without = |(h, g): (&Square, &Vec<f64>)| {
         let mut step = vec![0.0; off.len()];
@@ -232,13 +232,6 @@ fn moves(curvatures: &[Square], gradients: &[Vec<f64>], free: &[usize], off: &[f
         step
     };
     curvatures.iter().zip(gradients).map(without).collect()
-}
-
-/// Sum of matrices of equal size.
-fn sum(all: &[Square]) -> Square {
-    let mut sum = Square::zero(all.first().map_or(0, |h| h.n));
-    all.iter().for_each(|h| sum.a.iter_mut().zip(&h.a).for_each(|(a, x)| *a += x));
-    sum
 }
 
 #[cfg(test)]
@@ -290,7 +283,7 @@ mod tests {
         let left = |(x, r, b): &Row| (x.clone(), r - x[0] * theta[0] - x[1] * theta[1], *b);
         let rows: Vec<Row> = rows.iter().map(left).collect();
         Evidence::new(
-            &Rows::of_linear_windows(&[rows]),
+            &Rows::of_linear_windows(&[rows], |_, _| 1.0),
             &Blocks::without_samples(BLOCKS),
             &[false; 2],
             &[0.0; 2],

@@ -17,7 +17,7 @@ pub(crate) fn step_without_block(
     gradient: &[f64],
     off: &[f64],
 ) -> Vec<f64> {
-    let mut others = Square { n: sum.n, a: sum.a.iter().zip(&curvature.a).map(|(a, b)| a - b).collect() };
+    let mut others = sum.minus(curvature);
     let mut step: Vec<f64> = gradient.iter().map(|g| -g).collect();
     for (i, off) in off.iter().enumerate() {
         let ridge = NULL_WEIGHT * sum.at(i, i);
@@ -26,6 +26,11 @@ pub(crate) fn step_without_block(
     }
     others.cholesky().solve(&mut step);
     step
+}
+
+/// Weight of products of neighbours that are `lag` apart, of up to `lags` (Newey and West 1987).
+pub(crate) fn lag_weight(lag: usize, lags: usize) -> f64 {
+    1.0 - lag as f64 / (lags + 1) as f64
 }
 
 /// Covariance of the parameters `entries`, formula (3), from the leave-one-out steps `moves`, with products
@@ -37,7 +42,7 @@ pub(crate) fn covariance(moves: &[Vec<f64>], entries: &[usize], lags: usize) -> 
     let deviations: Vec<Vec<f64>> = moves.iter().map(from_mean).collect();
     let mut out = Square::zero(entries.len());
     for lag in 0..=lags.min(deviations.len()) {
-        let share = (n - 1.0) / n * (1.0 - lag as f64 / (lags + 1) as f64);
+        let share = (n - 1.0) / n * lag_weight(lag, lags);
         for (later, earlier) in deviations[lag..].iter().zip(&deviations) {
             for (a, x) in later.iter().enumerate() {
                 for (b, y) in earlier.iter().enumerate() {

@@ -12,6 +12,6 @@ mod scored;
 pub(crate) use blocks::{BLOCKS, Blocks};
 pub(crate) use clusters::Clusters;
 pub(crate) use evidence::Evidence;
-pub(crate) use jackknife::{distance, freedom, step_without_block};
+pub(crate) use jackknife::{distance, freedom, lag_weight, step_without_block};
 pub(crate) use rows::{FitWindows, Rows, WindowRows};
 pub(crate) use scored::{Scored, distances_from_nulls, entries_at_bounds};

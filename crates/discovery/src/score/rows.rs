@@ -261,14 +261,15 @@ impl<'a> FitWindows<'a> {
 #[cfg(test)]
 impl Rows {
     /// Rows of windows of a linear model without initial states and event offsets, given sensitivities,
-    /// residual and block of each row.
-    pub fn of_linear_windows(windows: &[Vec<(Vec<f64>, f64, u16)>]) -> Self {
+    /// residual and block of each row. `weight` is that of a window, given the squared norm and the number of
+    /// its residuals.
+    pub fn of_linear_windows(
+        windows: &[Vec<(Vec<f64>, f64, u16)>],
+        weight: impl Fn(f64, f64) -> f64,
+    ) -> Self {
         let width = windows.first().and_then(|rows| rows.first()).map_or(1, |r| r.0.len() + 1);
         let window = |rows: &Vec<(Vec<f64>, f64, u16)>| WindowRows {
-            weight: match windows.len() {
-                1 => 1.0,
-                _ => cost_and_weight(rows.iter().map(|r| r.1 * r.1).sum(), rows.len() as f64, false).1,
-            },
+            weight: weight(rows.iter().map(|r| r.1 * r.1).sum(), rows.len() as f64),
             degrees_of_freedom: rows.len() as f64,
             is_tolerance: false,
             values: rows.iter().flat_map(|(x, r, _)| x.iter().copied().chain([*r])).collect(),

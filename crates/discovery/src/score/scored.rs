@@ -11,6 +11,7 @@ use crate::linear::Square;
 use crate::record::ChosenRecords;
 use crate::statistics::{hotelling_tail, median};
 use augsim_system::{Effect, NORMAL_95};
+use std::cell::LazyCell;
 
 /// Probability that a 95 % interval does not contain the true value.
 const OUTSIDE_95: f64 = 0.05;
@@ -56,11 +57,23 @@ impl Scored {
     ///
     /// It is that of its coefficients, by their leave-one-out scatter (Hotelling's T squared), or that of its
     /// gain over blocks for additions without coefficients and for tables, which have more knots than blocks
-    /// can resolve. `without` returns the block information of the set without the addition of that number.
+    /// can resolve. Coefficients whose 95 % intervals all contain their null values are not significant: an
+    /// effect is never named with an interval that contradicts it. `without` returns the block information of the set without the addition of that number.
     pub fn p_values<'s>(&self, without: &dyn Fn(usize) -> Option<&'s Evidence>) -> Vec<f64> {
+        // Most coefficients are not significant anyway, and need no intervals.
+        let intervals = LazyCell::new(|| self.intervals());
         (0..self.additions().len())
-            .map(|number| match self.coefficients(number) {
-                Some((entries, off)) => self.p_value_of_coefficients(&entries, &off, without(number)),
+            .map(|number| match self.free_coefficients(number) {
+                Some((entries, off)) => {
+                    let p_value = self.p_value_of_coefficients(&entries, &off, without(number));
+                    let excludes_null =
+                        |(i, off): (&usize, &f64)| off.abs() > intervals.half_width(&self.unit(*i));
+                    if p_value >= OUTSIDE_95 || entries.iter().zip(&off).any(excludes_null) {
+                        p_value
+                    } else {
+                        OUTSIDE_95
+                    }
+                }
                 None => without(number).map_or(1.0, |less| match &self.additions()[number] {
                     Addition::Scatter(_) => self.evidence.p_value_bound(less),
                     _ => self.evidence.p_value_of_gain(less),
@@ -171,29 +184,29 @@ impl Scored {
 
     /// p-value of an addition's coefficients (`entries` of theta, the shared parameters) by their scatter
     /// over blocks. With fewer than four effective degrees of freedom this scatter is unreliable, so the gain
-    /// of all blocks but the best must be significant as well. Coefficients whose 95 % intervals all contain
-    /// their null values are not significant: an effect is never named with an interval that contradicts it.
+    /// of all blocks but the best must be significant as well.
     fn p_value_of_coefficients(&self, entries: &[usize], off: &[f64], without: Option<&Evidence>) -> f64 {
-        let held = entries_at_bounds(&self.fit);
-        let is_free: Vec<usize> = (0..entries.len()).filter(|k| !held[entries[*k]]).collect();
-        let free: Vec<usize> = is_free.iter().map(|&i| entries[i]).collect();
-        let x: Vec<f64> = is_free.iter().map(|&i| off[i]).collect();
-        let freedom = self.evidence.freedom(&free);
-        let p_value = hotelling_tail(self.evidence.distance(&free, &x), free.len(), freedom.max(MIN_FREEDOM));
-        let p_value = match without {
-            _ if freedom >= MIN_FREEDOM => p_value,
-            Some(less) => p_value.max(self.evidence.p_value_bound(less)),
-            None => 1.0,
-        };
-        let intervals = self.intervals();
-        let is_off_null = |(i, off): (&usize, &f64)| off.abs() > intervals.half_width(&self.unit(*i));
-        if free.iter().zip(&x).any(is_off_null) { p_value } else { p_value.max(OUTSIDE_95) }
+        let freedom = self.evidence.freedom(entries);
+        let distance = self.evidence.distance(entries, off);
+        let p_value = hotelling_tail(distance, entries.len(), freedom.max(MIN_FREEDOM));
+        if freedom < MIN_FREEDOM {
+            p_value.max(without.map_or(1.0, |less| self.evidence.p_value_bound(less)))
+        } else {
+            p_value
+        }
     }
 
     /// Whether addition number `number` is judged by its gain over blocks. Its penalty then already accounts
     /// for the number of candidates.
     pub fn is_judged_by_gain(&self, number: usize) -> bool {
         self.coefficients(number).is_none() && !matches!(self.additions()[number], Addition::Scatter(_))
+    }
+
+    /// The [`coefficients`](Self::coefficients) of an addition that are not at a bound.
+    fn free_coefficients(&self, number: usize) -> Option<(Vec<usize>, Vec<f64>)> {
+        let (entries, off) = self.coefficients(number)?;
+        let held = entries_at_bounds(&self.fit);
+        Some(entries.into_iter().zip(off).filter(|(i, _)| !held[*i]).unzip())
     }
 
     /// Entries of theta (the shared parameters) of an addition's coefficients, and their distances from the
