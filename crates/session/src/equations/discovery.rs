@@ -102,11 +102,23 @@ pub fn calibrated_problem(
 ) -> anyhow::Result<CalibratedProblem> {
     let records = records::records(data, model, true)?;
     degrees::check(model, data, &records, accepted)?;
-    let fitted = fit(model, &records, until)?;
+    calibrated_on(model, data, &records, until, observer)
+}
+
+/// Calibrates a model on records of its data, see [`calibrated_problem`].
+fn calibrated_on(
+    model: &Model,
+    data: &Dataset,
+    records: &[Record],
+    until: Option<Instant>,
+    observer: &mut dyn Observer,
+) -> anyhow::Result<CalibratedProblem> {
+    let fitted = fit(model, records, until)?;
     let gauges = &fitted.calibration.gauges;
     let fixed = gauges.iter().find_map(|gauge| Some((gauge, fix_gauge(model, gauge)?)));
     if let Some((gauge, (reduced, sentence))) = fixed {
-        let mut calibrated = calibrated_problem(&reduced, data, accepted, until, observer)?;
+        // A fixed parameter changes neither the records nor their units.
+        let mut calibrated = calibrated_on(&reduced, data, records, until, observer)?;
         calibrated.notes.insert(0, sentence);
         calibrated.gauges.push(gauge.parameters.iter().map(|p| model.parameters[*p].name.clone()).collect());
         return Ok(calibrated);
@@ -127,7 +139,7 @@ pub fn calibrated_problem(
     // Scales, steps and smoothing widths come from a simulation with the calibrated values; the declared
     // values stay unchanged.
     let found = EquationSystem::declared_only(&fitted.model)?.with_windows(window_s);
-    let mut windows = prepare_records(&found, &records)?;
+    let mut windows = prepare_records(&found, records)?;
     let mut found = found.tuned(&windows)?;
     let downsampled = downsample(&found, data, &windows)?;
     if let Some(fewer) = &downsampled {
