@@ -3,30 +3,17 @@
 //! state bounds. Models that cannot be exported give an error with an alternative.
 
 use crate::command::{fail, succeed, succeed_json};
+use crate::programs::printed;
 use augsim_session::Subject;
 use augsim_session::simulate::{Plan, simulate};
-use std::io::Write;
 use std::path::Path;
-use std::process::Command;
 
 const MODEL: &str = "scenario = \"ball\"\n[parameters]\ngravity_m_s2 = { nominal = 9.81, frozen = true }\n\
     restitution = { nominal = 0.7, min = 0.0, max = 1.0 }\n[sensor]\nposition_sd_m = 0.002\n";
 
 /// Returns the numbers that a program prints, or `None` if its interpreter or compiler is missing.
-///
-/// A missing interpreter is printed, and is a failure where data are required.
 fn answers(program: &str, args: &[String], dir: &Path) -> Option<Vec<f64>> {
-    let out = match Command::new(program).args(args).current_dir(dir).output() {
-        Ok(out) => out,
-        Err(e) => {
-            // Nothing can be done when standard error is closed.
-            let _ = writeln!(std::io::stderr(), "NOT TESTED: {program} cannot be run ({e})");
-            assert!(std::env::var_os("AUGSIM_REQUIRE_DATA").is_none(), "{program} is required: {e}");
-            return None;
-        }
-    };
-    assert!(out.status.success(), "{program}: {}", String::from_utf8_lossy(&out.stderr));
-    let text = String::from_utf8(out.stdout).expect("text");
+    let text = printed(program, args, dir)?;
     Some(text.split_whitespace().map(|n| n.parse().expect("a number")).collect())
 }
 

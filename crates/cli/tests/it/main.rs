@@ -13,6 +13,10 @@ mod throws_as_files;
 #[path = "../../../../tests/support/documents.rs"]
 mod documents_on_disk;
 
+/// Programs of other languages.
+#[path = "../../../../tests/support/programs.rs"]
+mod programs;
+
 // Helpers that run the binary.
 mod command;
 

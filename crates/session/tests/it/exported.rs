@@ -2,13 +2,13 @@
 //! every effect of the library and of the formulas, with delays, events, state bounds, tables and smoothed
 //! discontinuities.
 
+use crate::programs::printed;
 use augsim_equations::library::Scales;
 use augsim_equations::{EquationSystem, Model, model};
 use augsim_session::Subject;
 use augsim_session::export::{Language, export};
 use augsim_session::simulate::{Plan, simulate};
 use std::collections::BTreeSet;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -74,22 +74,6 @@ b_K = "0.3 * (a_K - b_K)"
 [outputs]
 a_K_read = { value = "a_K", sd = 0.001 }
 "#;
-
-/// Returns what a program prints, or `None` if its interpreter or compiler is missing, which is a failure where data
-/// are required.
-fn printed(program: &str, args: &[&str], dir: &Path) -> Option<String> {
-    let out = match Command::new(program).args(args).current_dir(dir).output() {
-        Ok(out) => out,
-        Err(e) => {
-            // Nothing can be done when standard error is closed.
-            let _ = writeln!(std::io::stderr(), "NOT TESTED: {program} cannot be run ({e})");
-            assert!(std::env::var_os("AUGSIM_REQUIRE_DATA").is_none(), "{program} is required: {e}");
-            return None;
-        }
-    };
-    assert!(out.status.success(), "{program} {args:?}: {}", String::from_utf8_lossy(&out.stderr));
-    Some(String::from_utf8(out.stdout).expect("text"))
-}
 
 /// Creates an empty folder for the programs of one test.
 fn folder(name: &str) -> PathBuf {

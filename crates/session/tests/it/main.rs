@@ -1,6 +1,10 @@
 //! The integration tests of this crate, in one binary: each file is a module, so that the crate is linked
 //! once.
 
+/// Programs of other languages.
+#[path = "../../../../tests/support/programs.rs"]
+mod programs;
+
 // The page of a discovery.
 mod discovery_page;
 
