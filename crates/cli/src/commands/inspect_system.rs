@@ -1,7 +1,7 @@
 //! `augsim data inspect --model` for a model of equations: the columns of the model in the data.
 
 use super::inspect::Checked;
-use super::note_conversions;
+use super::{count_trajectories, note_conversions};
 use augsim_data::Dataset;
 use augsim_data::checks::Finding;
 use augsim_equations::Model;
@@ -119,11 +119,12 @@ fn quantisation(values: &[f64]) -> Option<f64> {
 
 impl fmt::Display for Inspection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let trajectories = if self.trajectories == 1 { "trajectory" } else { "trajectories" };
         writeln!(
             f,
-            "{} {trajectories}, {} rows, the longest one takes {:.3} s",
-            self.trajectories, self.samples, self.duration_s
+            "{}, {} rows, the longest one takes {:.3} s",
+            count_trajectories(self.trajectories),
+            self.samples,
+            self.duration_s
         )?;
         for c in &self.columns {
             let unit = if c.unit.is_empty() { String::new() } else { format!(" {}", c.unit) };

@@ -28,6 +28,11 @@ use augsim_terminal::Outcome;
 use augsim_terminal::output::Output;
 use std::fmt::Display;
 
+/// The number of trajectories in words: `1 trajectory`, `2 trajectories`.
+fn count_trajectories(count: usize) -> String {
+    format!("{count} {}", if count == 1 { "trajectory" } else { "trajectories" })
+}
+
 /// Prints the assumptions about time column and units of data; nothing where the file states them all.
 fn note_conversions(data: impl Display, conversions: &[String], output: &Output) {
     if !conversions.is_empty() {

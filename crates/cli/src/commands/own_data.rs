@@ -47,3 +47,22 @@ impl OwnData {
         }
     }
 }
+
+/// The trajectories that a command scores, given the data that its models were fitted to.
+#[derive(Debug)]
+pub(super) struct ScoredPart {
+    /// Names of the trajectories to score, to which none of the models was fitted; `None` to score all.
+    pub only: Option<BTreeSet<String>>,
+    /// Whether a model was fitted to the scored trajectories.
+    pub fitted: bool,
+}
+
+impl ScoredPart {
+    /// Selects the trajectories to which none of the models was fitted, or all if there are none. `own` has an entry
+    /// for each model.
+    pub fn of(own: impl IntoIterator<Item = Option<OwnData>>) -> Self {
+        let held_out = own.into_iter().flatten().map(|own| own.held_out).reduce(|a, b| &a & &b);
+        let fitted = held_out.as_ref().is_some_and(BTreeSet::is_empty);
+        Self { only: held_out.filter(|ids| !ids.is_empty()), fitted }
+    }
+}

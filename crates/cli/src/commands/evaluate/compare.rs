@@ -1,6 +1,7 @@
 //! Compares the forecast errors of two models and states the verdict in one sentence.
 
 use augsim_data::estimate_digits;
+use augsim_discovery::{PredictionSet, rmse_reduction};
 
 /// Root mean square errors of two models on the same trajectories, and the 95 % interval of their difference.
 #[derive(Debug, Clone, Copy)]
@@ -40,6 +41,19 @@ pub(super) fn verdict(what: &str, than: &str, reduction: ErrorReduction, unit: &
             interval([&low_text, &high_text])
         )
     }
+}
+
+/// Sentence that states whether the second of two models has a smaller error in the measure that both list first.
+pub(super) fn compare_sets(
+    [than, what]: [&str; 2],
+    [before, after]: [&PredictionSet; 2],
+    seed: u64,
+) -> String {
+    let (_, ci95) = rmse_reduction(&before.squares, &after.squares, seed);
+    let error = |set: &PredictionSet| set.errors.first().map_or(f64::NAN, |e| e.rmse);
+    let unit = before.errors.first().map_or("", |e| e.unit.as_str());
+    let (unit, scale) = if unit == "m" { ("mm", 1e3) } else { (unit, 1.0) };
+    verdict(what, than, ErrorReduction { before: error(before), after: error(after), ci95 }, unit, scale)
 }
 
 #[cfg(test)]

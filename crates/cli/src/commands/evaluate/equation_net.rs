@@ -3,6 +3,7 @@
 
 use super::system::errors_text;
 use crate::args::{Evaluate, ProtocolArg};
+use crate::commands::count_trajectories;
 use augsim_discovery::PredictOptions;
 use augsim_session::predict::{OutputScores, net_and_physics, scores};
 use augsim_session::usage::Inapplicable;
@@ -64,10 +65,11 @@ pub(super) fn run(args: &Evaluate, model: &NetModel, seed: u64, output: &Output)
 }
 
 fn score_text(score: &Score) -> String {
-    let noun = if score.trajectories == 1 { "trajectory" } else { "trajectories" };
     let mut text = format!(
-        "free runs of {} {noun}, initial state estimated from the first {} samples, {} draws each",
-        score.trajectories, score.burn_in, score.samples
+        "free runs of {}, initial state estimated from the first {} samples, {} draws each",
+        count_trajectories(score.trajectories),
+        score.burn_in,
+        score.samples
     );
     if let Some(CorrectionShrinkage { gain, spread, memory_s }) = score.trust {
         let correlation =

@@ -1,9 +1,9 @@
 //! `augsim evaluate --protocol filtered`: measures the first rows of each trajectory, forecasts and
 //! scores the others.
 
-use super::model::held_out;
 use super::net::physics;
 use crate::args::Evaluate;
+use crate::commands::own_data::{OwnData, ScoredPart};
 use augsim_data::{Column, digits};
 use augsim_session::filtered::{
     PARTICLES, PrefixLength, SystemOnPrefix, TimedSequences, net_on_prefix, system_on_prefix,
@@ -96,7 +96,10 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
             // Discoveries hold out segments of long recordings of equations, but forecasts cover whole
             // recordings.
             let whole = !equations::is_model(&file);
-            let only = folder.as_deref().filter(|_| whole).and_then(|folder| held_out(folder, &args.data));
+            let only = folder
+                .as_deref()
+                .filter(|_| whole)
+                .and_then(|folder| ScoredPart::of([OwnData::find(folder, &args.data)]).only);
             let mut models = Vec::new();
             if let Some(found) = folder.as_deref().and_then(discovery_in) {
                 let texts =

@@ -1,12 +1,12 @@
 //! `augsim evaluate MODEL` for balls and pushes, and for discovery folders: a table of all their models.
 
-use super::compare::{ErrorReduction, verdict};
+use super::compare::compare_sets;
 use super::fit_percent;
 use crate::args::Evaluate;
 use crate::commands::note_reading;
-use crate::commands::own_data::OwnData;
+use crate::commands::own_data::{OwnData, ScoredPart};
 use augsim_data::estimate_digits;
-use augsim_discovery::{PredictOptions, PredictionSet, rmse_reduction};
+use augsim_discovery::{PredictOptions, PredictionSet};
 use augsim_session::equations::forecast::NothingToScore;
 use augsim_session::usage::Inapplicable;
 use augsim_session::{Subject, discovery_in, predict};
@@ -14,9 +14,8 @@ use augsim_terminal::output::Output;
 use augsim_terminal::progress::Steps;
 use augsim_terminal::{Outcome, Usage};
 use serde::Serialize;
-use std::collections::BTreeSet;
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Score of the forecasts of one model in one measure (such as the position).
 #[derive(Debug, Serialize)]
@@ -56,9 +55,7 @@ pub(super) fn run(
     seed: u64,
     output: &Output,
 ) -> anyhow::Result<Outcome> {
-    let own_data = OwnData::find(file, &args.data);
-    let fitted = own_data.as_ref().is_some_and(|own| own.held_out.is_empty());
-    let only = own_data.map(|own| own.held_out).filter(|ids| !ids.is_empty());
+    let ScoredPart { only, fitted } = ScoredPart::of([OwnData::find(file, &args.data)]);
     let held_out = only.is_some();
     let options = PredictOptions { seed, draws: predict::DRAWS, only };
     let data = args.measured();
@@ -103,11 +100,6 @@ fn check_criterion(args: &Evaluate, scored: Option<&PredictionSet>) -> anyhow::R
     Ok(if position.rmse < limit { Outcome::Done } else { Outcome::CriterionNotMet })
 }
 
-/// Names of the held-out trajectories; `None` unless `data` are the discovery's own and it held some out.
-pub(super) fn held_out(folder: &Path, data: &[PathBuf]) -> Option<BTreeSet<String>> {
-    OwnData::find(folder, data).map(|own| own.held_out).filter(|ids| !ids.is_empty())
-}
-
 fn rows(model: &'static str, scored: &PredictionSet) -> Vec<Row> {
     let rows = scored.errors.iter().filter(|e| e.rmse.is_finite()).map(|e| {
         let [coverage50, coverage90] = [0.5, 0.9].map(|level| scored.coverage(level, &e.channels).0);
@@ -128,12 +120,7 @@ fn rows(model: &'static str, scored: &PredictionSet) -> Vec<Row> {
 
 fn discovery_verdict(scored: &[(&'static str, PredictionSet)], seed: u64) -> Option<String> {
     let [.., (_, calibrated), (_, augmented)] = scored else { return None };
-    let (_, ci95) = rmse_reduction(&calibrated.squares, &augmented.squares, seed);
-    let error = |f: &PredictionSet| f.errors.first().map_or(f64::NAN, |e| e.rmse);
-    let reduction = ErrorReduction { before: error(calibrated), after: error(augmented), ci95 };
-    let unit = augmented.errors.first().map_or("", |e| e.unit.as_str());
-    let (unit, scale) = if unit == "m" { ("mm", 1e3) } else { (unit, 1.0) };
-    Some(verdict("the discovered model", "the calibrated model", reduction, unit, scale))
+    Some(compare_sets(["the calibrated model", "the discovered model"], [calibrated, augmented], seed))
 }
 
 fn model_score_text(all: &Scored) -> String {

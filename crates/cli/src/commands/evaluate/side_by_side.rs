@@ -1,13 +1,13 @@
 //! `augsim evaluate A B`: errors of two models or nets on the same data, side by side.
 
-use super::compare::{ErrorReduction, verdict};
+use super::compare::compare_sets;
 use super::fit_percent;
 use crate::args::{Evaluate, ProtocolArg};
-use crate::commands::note_reading;
-use crate::commands::own_data::OwnData;
+use crate::commands::own_data::{OwnData, ScoredPart};
+use crate::commands::{count_trajectories, note_reading};
 use anyhow::Context;
 use augsim_data::digits;
-use augsim_discovery::{PredictOptions, PredictionSet, rmse_reduction};
+use augsim_discovery::{PredictOptions, PredictionSet};
 use augsim_session::equations::forecast::NothingToScore;
 use augsim_session::predict::{predict, predict_with_net};
 use augsim_session::run_dir::RunDir;
@@ -18,7 +18,6 @@ use augsim_terminal::progress::Steps;
 use augsim_terminal::{Outcome, Usage};
 use augsim_trainer::NetModel;
 use serde::Serialize;
-use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -69,10 +68,8 @@ pub(super) fn run(
     if args.protocol != ProtocolArg::Forecast || args.require_pos_m.is_some() {
         return Err(Usage::Inapplicable(Inapplicable::OptionOfTwoModels).into());
     }
-    let own = [a, b].map(|model| OwnData::find(model, &args.data));
-    let only = own.iter().flatten().map(|own| own.held_out.clone()).reduce(|a, b| &a & &b);
-    let only: Option<BTreeSet<String>> = only.filter(|ids| !ids.is_empty());
-    let (held_out, fitted) = (only.is_some(), only.is_none() && own.iter().any(Option::is_some));
+    let ScoredPart { only, fitted } = ScoredPart::of([a, b].map(|model| OwnData::find(model, &args.data)));
+    let held_out = only.is_some();
     let options = PredictOptions { seed, draws: DRAWS, only };
     let steps = Steps::new(output);
     steps.show_step("forecasting with both models".to_owned());
@@ -161,25 +158,22 @@ fn in_words(models: &[String; 2], [a, b]: &[PredictionSet; 2], seed: u64) -> Str
     if !has_same_measure || a.squares.len() != b.squares.len() {
         return "the models do not list the same measure first, so their difference is not tested".to_owned();
     }
-    let (_, ci95) = rmse_reduction(&a.squares, &b.squares, seed);
-    let error = |set: &PredictionSet| set.errors.first().map_or(f64::NAN, |e| e.rmse);
-    let reduction = ErrorReduction { before: error(a), after: error(b), ci95 };
     let measure = a.errors.first().map_or("", |e| &e.measure);
-    let unit = a.errors.first().map_or("", |e| e.unit.as_str());
-    let (unit, scale) = if unit == "m" { ("mm", 1e3) } else { (unit, 1.0) };
-    format!("{measure}: {}", verdict(&models[1], &models[0], reduction, unit, scale))
+    format!("{measure}: {}", compare_sets([&models[0], &models[1]], [a, b], seed))
 }
 
 fn compared_text(all: &Compared) -> String {
-    let noun = if all.trajectories == 1 { "trajectory" } else { "trajectories" };
     let which = match (all.held_out, all.fitted) {
         (true, _) => " that no fit used",
         (_, true) => " that a model was fitted to (errors on new data are larger)",
         _ => "",
     };
     let mut text = format!(
-        "forecasts of {} {noun}{which} from {}\n  A: {}\n  B: {}",
-        all.trajectories, all.start, all.models[0], all.models[1]
+        "forecasts of {}{which} from {}\n  A: {}\n  B: {}",
+        count_trajectories(all.trajectories),
+        all.start,
+        all.models[0],
+        all.models[1]
     );
     // Writing to a string cannot fail.
     let _ = write!(

@@ -2,8 +2,8 @@
 
 use super::fit_percent;
 use crate::args::Evaluate;
-use crate::commands::note_conversions;
-use crate::commands::own_data::OwnData;
+use crate::commands::own_data::{OwnData, ScoredPart};
+use crate::commands::{count_trajectories, note_conversions};
 use augsim_session::equations::{self, forecast, records};
 use augsim_session::usage::Inapplicable;
 use augsim_terminal::output::Output;
@@ -33,12 +33,11 @@ pub(super) fn run(args: &Evaluate, output: &Output) -> anyhow::Result<Outcome> {
     let measured = records::read(&data, &model)?;
     note_conversions(&data, measured.data.notes(), output);
     let mut list = records::records(&measured.data, &model, false)?;
-    let own_data = OwnData::find(args.model(), &args.data);
-    if let Some(own) = own_data.as_ref().filter(|own| !own.held_out.is_empty()) {
-        list.retain(|record| own.held_out.contains(&record.id));
+    let ScoredPart { only, fitted } = ScoredPart::of([OwnData::find(args.model(), &args.data)]);
+    let held_out = only.is_some();
+    if let Some(only) = only {
+        list.retain(|record| only.contains(&record.id));
     }
-    let held_out = own_data.as_ref().is_some_and(|own| !own.held_out.is_empty());
-    let fitted = own_data.is_some() && !held_out;
     let steps = Steps::new(output);
     steps.show_step(format!("simulating {} trajectories", list.len()));
     let burn_in = args.burn_in as usize;
@@ -58,15 +57,15 @@ pub(super) fn run(args: &Evaluate, output: &Output) -> anyhow::Result<Outcome> {
 }
 
 fn system_score_text(score: &Score) -> String {
-    let trajectories = if score.trajectories == 1 { "trajectory" } else { "trajectories" };
     let which = match (score.held_out, score.fitted) {
         (true, _) => " that the discovery kept out of all fits",
         (_, true) => " that the model was fitted to (errors on new data are larger)",
         _ => "",
     };
     let mut text = format!(
-        "free run of {} {trajectories}{which}, initial state estimated from the first {} samples",
-        score.trajectories, score.burn_in
+        "free run of {}{which}, initial state estimated from the first {} samples",
+        count_trajectories(score.trajectories),
+        score.burn_in
     );
     for row in &score.rows {
         // Writing to a string cannot fail.

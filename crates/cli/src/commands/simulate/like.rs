@@ -2,6 +2,7 @@
 //! trajectories.
 
 use crate::args::Simulate;
+use crate::commands::count_trajectories;
 use augsim_data::write_dataset;
 use augsim_discovery::PredictOptions;
 use augsim_session::predict::{self, table};
@@ -39,10 +40,9 @@ pub(super) fn run(args: &Simulate, file: &Path, seed: u64, output: &Output) -> a
     let samples = all.records.iter().map(|r| r.times.len()).sum();
     let written = Written { data: out, trajectories: all.records.len(), samples, start: all.start };
     output.result(&written, || {
-        let noun = if written.trajectories == 1 { "trajectory" } else { "trajectories" };
         format!(
-            "{} {noun}, {} samples, from {}, with the limits of the 90 % bands: {}",
-            written.trajectories,
+            "{}, {} samples, from {}, with the limits of the 90 % bands: {}",
+            count_trajectories(written.trajectories),
             written.samples,
             written.start,
             written.data.display()

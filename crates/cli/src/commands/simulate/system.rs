@@ -1,6 +1,7 @@
 //! `augsim simulate MODEL.toml`: simulates a model of equations.
 
 use crate::args::Simulate;
+use crate::commands::count_trajectories;
 use augsim_data::{Column, Dataset, Trajectory, Unit, write_dataset};
 use augsim_equations::model::{FirstSamples, Hold};
 use augsim_equations::{EquationSystem, Model, Waveform};
@@ -113,11 +114,10 @@ pub(super) fn run(args: &Simulate, model: &Path, output: &Output) -> anyhow::Res
 }
 
 fn simulation_text(written: &Written) -> String {
-    let trajectories = if written.trajectories == 1 { "trajectory" } else { "trajectories" };
     let steps = if written.substeps == 1 { "step" } else { "steps" };
     let mut text = format!(
-        "{} {trajectories}, {} samples, {} {steps} between samples: {}",
-        written.trajectories,
+        "{}, {} samples, {} {steps} between samples: {}",
+        count_trajectories(written.trajectories),
         written.samples,
         written.substeps,
         written.data.display()
