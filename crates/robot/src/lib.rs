@@ -1,0 +1,9 @@
+#![doc = include_str!("../README.md")]
+
+mod algebra;
+pub mod description;
+pub mod tree;
+
+pub use algebra::{Algebra, Numbers};
+pub use description::Robot;
+pub use tree::Tree;
