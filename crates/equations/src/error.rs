@@ -185,6 +185,8 @@ pub enum Fault {
          column of the data that ends in {ending} is converted to it"
     )]
     NonSiEnding { ending: String, si_name: String },
+    #[error("{cause}")]
+    Robot { cause: String },
     #[error("the value must be positive, but {found:?} is given")]
     NotPositive { found: f64 },
     #[error("the value must be 0 or more, but {found:?} is given")]

@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod bridge;
+mod column_expression;
 mod compile;
 pub mod engine;
 mod error;
@@ -16,6 +17,7 @@ mod system;
 pub mod text;
 mod waveform;
 
+pub use column_expression::ColumnExpression;
 pub use bridge::{CalibratedModel, EquationSystem};
 pub use error::{Excerpt, Fault, ModelError, Place};
 pub use example::{EXAMPLES, example};

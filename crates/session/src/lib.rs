@@ -20,6 +20,7 @@ mod report_context;
 pub mod residual;
 pub mod run_data;
 pub mod run_dir;
+pub mod robot;
 mod run_lock;
 pub mod simulate;
 pub mod states;

@@ -10,6 +10,7 @@ pub mod export;
 mod fit;
 mod inspect;
 mod inspect_system;
+mod from_robot;
 mod model;
 mod own_data;
 mod predict;

@@ -5,6 +5,7 @@ mod derivative;
 mod graph;
 mod lower;
 mod probe;
+mod robot;
 mod section;
 
 pub use code::Code;

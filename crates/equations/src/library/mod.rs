@@ -5,6 +5,7 @@ mod expand;
 mod formulas;
 mod named;
 mod place;
+mod robot;
 mod scale;
 mod size;
 mod substitute;

@@ -14,6 +14,7 @@ pub(super) fn check(model: &Model, reader: Reader<'_>) -> Result<(), ModelError>
         }
     }
     model.inputs.iter().filter_map(|i| i.delay).for_each(|delay| used[delay] = true);
+    model.robot.iter().flat_map(|robot| robot.parameters()).for_each(|index| used[index] = true);
     let is_unused = |i: &usize| !used[*i] && !model.parameters[*i].frozen;
     if let Some(index) = (0..model.parameters.len()).find(is_unused) {
         let p = &model.parameters[index];
@@ -46,7 +47,7 @@ pub(super) fn check(model: &Model, reader: Reader<'_>) -> Result<(), ModelError>
 /// Whether an expression uses a state, directly or through a `[let]` value that `state_dependent` marks.
 fn depends_on_state(expression: &Expression, state_dependent: &[bool]) -> bool {
     expression.tree.symbols().any(|symbol| match symbol {
-        Symbol::State(_) => true,
+        Symbol::State(_) | Symbol::JointTorque(_) | Symbol::JointAcceleration(_) => true,
         Symbol::Let(i) => state_dependent.get(i).copied().unwrap_or(false),
         _ => false,
     })
@@ -62,7 +63,8 @@ fn expressions(model: &Model) -> impl Iterator<Item = &Expression> {
         std::iter::once(&e.when).chain(e.set.iter().map(|(_, value)| value)).chain(until)
     });
     let added = model.additions.iter().flat_map(|a| a.changes.iter().map(|c| &c.value));
-    lets.chain(rates).chain(outputs).chain(events).chain(added)
+    let robot = model.robot.iter().flat_map(|robot| robot.expressions());
+    lets.chain(rates).chain(outputs).chain(events).chain(robot).chain(added)
 }
 
 /// Texts of the arguments of all smoothed functions and conditions in a model.
