@@ -2,8 +2,19 @@
 
 mod algebra;
 pub mod description;
+mod forward_dynamics;
+mod inertia;
+mod inverse_dynamics;
+mod joint_motion;
+mod names;
+mod regressor;
 pub mod tree;
+mod vectors;
 
 pub use algebra::{Algebra, Numbers};
 pub use description::Robot;
-pub use tree::Tree;
+pub use forward_dynamics::{forward_dynamics, mass_matrix};
+pub use inertia::{dynamic_parameters, inertia_of, moved};
+pub use inverse_dynamics::inverse_dynamics;
+pub use regressor::regressor;
+pub use tree::{Tree, TreeError};

@@ -1,0 +1,187 @@
+//! Vectors and symmetric tensors in three dimensions over an [`Algebra`].
+//!
+//! Factors that the description file fixes, such as placements and axes, are `f64`: products with 0 and 1 are skipped, so
+//! that the equations of an arm whose axes are parallel or perpendicular stay short.
+
+use crate::algebra::Algebra;
+use crate::description::Placement;
+
+/// Elements (row, column) of a symmetric tensor in the order in which its six values are stored.
+pub(crate) const SYMMETRIC: [[usize; 2]; 6] = [[0, 0], [0, 1], [0, 2], [1, 1], [1, 2], [2, 2]];
+
+/// Index of the stored value of element (row, column) of a symmetric tensor; the inverse of [`SYMMETRIC`].
+pub(crate) const STORED: [[usize; 3]; 3] = [[0, 1, 2], [1, 3, 4], [2, 4, 5]];
+
+/// Operations on vectors and symmetric tensors; every [`Algebra`] has them.
+pub(crate) trait Vectors: Algebra {
+    /// The sum of the products `factor * value`, without the products with 0 and 1.
+    #[inline(always)]
+    fn combine<const K: usize>(&mut self, terms: [(f64, Self::Value); K]) -> Self::Value {
+        let mut sum = None;
+        for (factor, value) in terms {
+            if factor == 0.0 {
+                continue;
+            }
+            sum = Some(match sum {
+                None if factor == 1.0 => value,
+                None if factor == -1.0 => self.negate(value),
+                None => self.scale(factor, value),
+                Some(sum) if factor == 1.0 => self.add(sum, value),
+                Some(sum) if factor == -1.0 => self.subtract(sum, value),
+                Some(sum) => {
+                    let product = self.scale(factor, value);
+                    self.add(sum, product)
+                }
+            });
+        }
+        sum.unwrap_or_else(|| self.constant(0.0))
+    }
+
+    /// The product of a constant and a value.
+    #[inline(always)]
+    fn scale(&mut self, factor: f64, value: Self::Value) -> Self::Value {
+        let factor = self.constant(factor);
+        self.multiply(factor, value)
+    }
+
+    /// The vector 0.
+    #[inline(always)]
+    fn zero3(&mut self) -> [Self::Value; 3] {
+        [self.constant(0.0); 3]
+    }
+
+    /// The sum `x + y`.
+    #[inline(always)]
+    fn add3(&mut self, x: [Self::Value; 3], y: [Self::Value; 3]) -> [Self::Value; 3] {
+        [self.add(x[0], y[0]), self.add(x[1], y[1]), self.add(x[2], y[2])]
+    }
+
+    /// The vector `factor * x`.
+    #[inline(always)]
+    fn scale3(&mut self, factor: Self::Value, x: [Self::Value; 3]) -> [Self::Value; 3] {
+        [self.multiply(factor, x[0]), self.multiply(factor, x[1]), self.multiply(factor, x[2])]
+    }
+
+    /// The sum `x + factor * direction`.
+    #[inline(always)]
+    fn add_along(
+        &mut self,
+        x: [Self::Value; 3],
+        direction: [f64; 3],
+        factor: Self::Value,
+    ) -> [Self::Value; 3] {
+        [0, 1, 2].map(|k| {
+            if direction[k] == 0.0 { x[k] } else { self.combine([(1.0, x[k]), (direction[k], factor)]) }
+        })
+    }
+
+    /// The scalar product of `x` and `y`.
+    #[inline(always)]
+    fn dot(&mut self, x: [Self::Value; 3], y: [Self::Value; 3]) -> Self::Value {
+        let first = self.multiply(x[0], y[0]);
+        let second = self.multiply(x[1], y[1]);
+        let third = self.multiply(x[2], y[2]);
+        let sum = self.add(first, second);
+        self.add(sum, third)
+    }
+
+    /// The scalar product of a constant vector and `x`.
+    #[inline(always)]
+    fn dot_constant(&mut self, constant: [f64; 3], x: [Self::Value; 3]) -> Self::Value {
+        self.combine([(constant[0], x[0]), (constant[1], x[1]), (constant[2], x[2])])
+    }
+
+    /// The vector product `x × y`.
+    #[inline(always)]
+    fn cross(&mut self, x: [Self::Value; 3], y: [Self::Value; 3]) -> [Self::Value; 3] {
+        [(1, 2), (2, 0), (0, 1)].map(|(i, j)| {
+            let positive = self.multiply(x[i], y[j]);
+            let negative = self.multiply(x[j], y[i]);
+            self.subtract(positive, negative)
+        })
+    }
+
+    /// The vector product `constant × x`.
+    #[inline(always)]
+    fn cross_constant(&mut self, constant: [f64; 3], x: [Self::Value; 3]) -> [Self::Value; 3] {
+        [(1, 2), (2, 0), (0, 1)].map(|(i, j)| self.combine([(constant[i], x[j]), (-constant[j], x[i])]))
+    }
+
+    /// The product of a constant matrix and `x`.
+    #[inline(always)]
+    fn apply_constant(&mut self, matrix: &[[f64; 3]; 3], x: [Self::Value; 3]) -> [Self::Value; 3] {
+        [0, 1, 2].map(|row| self.dot_constant(matrix[row], x))
+    }
+
+    /// The product of a matrix of values and `x`.
+    #[inline(always)]
+    fn apply(&mut self, matrix: &[[Self::Value; 3]; 3], x: [Self::Value; 3]) -> [Self::Value; 3] {
+        [0, 1, 2].map(|row| self.dot(matrix[row], x))
+    }
+
+    /// The product of a symmetric tensor and `x`.
+    #[inline(always)]
+    fn apply_symmetric(&mut self, tensor: &[Self::Value; 6], x: [Self::Value; 3]) -> [Self::Value; 3] {
+        STORED.map(|row| self.dot(row.map(|k| tensor[k]), x))
+    }
+}
+
+impl<A: Algebra> Vectors for A {}
+
+/// Transposed matrix.
+#[inline(always)]
+pub(crate) fn transposed<T: Copy>(matrix: &[[T; 3]; 3]) -> [[T; 3]; 3] {
+    [0, 1, 2].map(|row| [0, 1, 2].map(|column| matrix[column][row]))
+}
+
+/// Symmetric tensor `rotation * tensor * rotation^T`, where `turn` multiplies a vector by the rotation.
+#[inline(always)]
+pub(crate) fn turned_tensor<A: Algebra>(
+    a: &mut A,
+    tensor: &[A::Value; 6],
+    mut turn: impl FnMut(&mut A, [A::Value; 3]) -> [A::Value; 3],
+) -> [A::Value; 6] {
+    // The tensor is symmetric: its rows are its columns.
+    let columns = STORED.map(|row| turn(a, row.map(|k| tensor[k])));
+    let rows = transposed(&columns).map(|row| turn(a, row));
+    // `rows[i]` is column i of the result's transpose, which is the result.
+    SYMMETRIC.map(|[row, column]| rows[row][column])
+}
+
+/// Elements that differ from 0, 1 or -1 by less than this are rounding errors of an angle such as pi/2.
+const ROUNDING: f64 = 1e-15;
+
+/// Placement of a frame that is at `second` in a frame that is at `first`.
+///
+/// Rotation elements within rounding of 0, 1 or -1 get these values, so that products with them are skipped.
+pub(crate) fn composed(first: &Placement, second: &Placement) -> Placement {
+    let columns = transposed(&second.rotation);
+    let rotation = first.rotation.map(|row| columns.map(|column| rounded(dot(row, column))));
+    let moved = first.rotation.map(|row| dot(row, second.translation_m));
+    Placement { rotation, translation_m: [0, 1, 2].map(|k| first.translation_m[k] + moved[k]) }
+}
+
+/// Rotation matrix about an axis of length 1 by an angle (rad): Rodrigues' formula.
+pub(crate) fn rotation_about(axis: [f64; 3], angle: f64) -> [[f64; 3]; 3] {
+    let (sin, cos) = angle.sin_cos();
+    let [along, across, skew] = rotation_terms(axis);
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| along[i][j] + cos * across[i][j] + sin * skew[i][j]))
+}
+
+/// The three matrices of Rodrigues' formula: rotation = first + cos(angle) * second + sin(angle) * third.
+pub(crate) fn rotation_terms(axis: [f64; 3]) -> [[[f64; 3]; 3]; 3] {
+    let [x, y, z] = axis;
+    let along = axis.map(|row| axis.map(|column| row * column));
+    let across = [0, 1, 2].map(|i| [0, 1, 2].map(|j| f64::from(u8::from(i == j)) - along[i][j]));
+    [along, across, [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]]
+}
+
+/// Scalar product of two constant vectors.
+fn dot(x: [f64; 3], y: [f64; 3]) -> f64 {
+    x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
+}
+
+/// The value, or 0, 1 or -1 where the value differs from it by rounding only.
+pub(crate) fn rounded(value: f64) -> f64 {
+    [0.0, 1.0, -1.0].into_iter().find(|exact| (value - exact).abs() < ROUNDING).unwrap_or(value)
+}
