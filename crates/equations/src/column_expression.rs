@@ -16,9 +16,11 @@ struct Columns<'c>(&'c [String]);
 
 impl Scope for Columns<'_> {
     fn symbol(&self, name: &str) -> Result<Symbol, Problem> {
-        self.0.iter().position(|column| column == name).map(Symbol::Input).ok_or_else(|| Problem::UnknownName {
-            name: escaped_short(name),
-            nearest: nearest(name, self.0.iter().map(String::as_str)),
+        self.0.iter().position(|column| column == name).map(Symbol::Input).ok_or_else(|| {
+            Problem::UnknownName {
+                name: escaped_short(name),
+                nearest: nearest(name, self.0.iter().map(String::as_str)),
+            }
         })
     }
 
@@ -76,7 +78,8 @@ mod tests {
     #[test]
     fn columns_of_a_row_are_combined() {
         let columns = ["current5_A".to_owned(), "current6_A".to_owned()];
-        let torque = ColumnExpression::parse("45 * current5_A + 32 * current6_A", &columns, "--torque").unwrap();
+        let torque =
+            ColumnExpression::parse("45 * current5_A + 32 * current6_A", &columns, "--torque").unwrap();
         assert_eq!(torque.at(&|column| [2.0, -1.0][column]), 58.0);
         let error = ColumnExpression::parse("45 * curent5_A", &columns, "--torque").unwrap_err().to_string();
         assert!(error.contains("current5_A"), "{error}");

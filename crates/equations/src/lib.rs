@@ -17,8 +17,8 @@ mod system;
 pub mod text;
 mod waveform;
 
-pub use column_expression::ColumnExpression;
 pub use bridge::{CalibratedModel, EquationSystem};
+pub use column_expression::ColumnExpression;
 pub use error::{Excerpt, Fault, ModelError, Place};
 pub use example::{EXAMPLES, example};
 pub use model::Model;

@@ -2,7 +2,9 @@
 
 use crate::args::{FormulationArg, FreeArg, FromRobot};
 use anyhow::Context;
-use augsim_data::{DataError, MissingCells, RecognitionOptions, digits, escaped_list, recognise, write_dataset};
+use augsim_data::{
+    DataError, MissingCells, RecognitionOptions, digits, escaped_list, recognise, write_dataset,
+};
 use augsim_session::Usage;
 use augsim_session::command_line::quoted;
 use augsim_session::robot::{Formulation, Free, RobotModel, RobotRequest, model_from_robot};
@@ -48,14 +50,22 @@ pub fn run(args: &FromRobot, force: bool, output: &Output) -> anyhow::Result<Out
     }
     let inputs: Vec<&Path> =
         std::iter::once(args.robot.as_path()).chain(args.data.iter().map(PathBuf::as_path)).collect();
-    let claim =
-        Results { folder: &args.out, files: &[DATA, MODEL, &file], inputs: &inputs, record: record(args), force }
-            .claim()?;
+    let claim = Results {
+        folder: &args.out,
+        files: &[DATA, MODEL, &file],
+        inputs: &inputs,
+        record: record(args),
+        force,
+    }
+    .claim()?;
     let text = description(&args.robot)?;
     let shown = args.robot.display().to_string();
     let robot = augsim_robot::read(&text, &shown)?;
-    let reading =
-        RecognitionOptions { time: args.time.clone(), columns: args.columns.clone(), ..RecognitionOptions::default() };
+    let reading = RecognitionOptions {
+        time: args.time.clone(),
+        columns: args.columns.clone(),
+        ..RecognitionOptions::default()
+    };
     let log = recognise(&args.data, &reading, MissingCells::AsGap)?;
     let request = request(args, &file);
     let made = model_from_robot(&robot, &log.data, &request)?;
@@ -130,7 +140,8 @@ fn request(args: &FromRobot, file: &str) -> RobotRequest {
 
 fn result(made: &RobotModel, [model, data, robot]: [&PathBuf; 3]) -> FromRobotResult {
     let words = [model, data].map(|path| path.display().to_string());
-    let command: Vec<String> = ["augsim".to_owned(), "discover".to_owned()].into_iter().chain(words).collect();
+    let command: Vec<String> =
+        ["augsim".to_owned(), "discover".to_owned()].into_iter().chain(words).collect();
     FromRobotResult {
         model: model.clone(),
         data: data.clone(),

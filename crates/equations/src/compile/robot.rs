@@ -55,8 +55,7 @@ impl Lowering<'_> {
     ///
     /// In the expression of an effect it is the torque of the rigid bodies alone.
     pub(super) fn joint_torque(&mut self, joint: usize, smoothing: Smoothing) -> Id {
-        let quantity =
-            if self.in_joint_effect { JointQuantity::RigidTorque } else { JointQuantity::Torque };
+        let quantity = if self.in_joint_effect { JointQuantity::RigidTorque } else { JointQuantity::Torque };
         self.joint_values(quantity, joint, smoothing)
     }
 
@@ -69,11 +68,17 @@ impl Lowering<'_> {
             };
             self.joint_values.insert((quantity, smoothing), values);
         }
-        let found = self.joint_values.get(&(quantity, smoothing)).and_then(|values| values.get(joint)).copied();
+        let found =
+            self.joint_values.get(&(quantity, smoothing)).and_then(|values| values.get(joint)).copied();
         found.unwrap_or_else(|| self.graph.constant(0.0))
     }
 
-    fn compile_joints(&mut self, robot: &Arc<RobotModel>, quantity: JointQuantity, smoothing: Smoothing) -> Vec<Id> {
+    fn compile_joints(
+        &mut self,
+        robot: &Arc<RobotModel>,
+        quantity: JointQuantity,
+        smoothing: Smoothing,
+    ) -> Vec<Id> {
         let count = robot.joints.len();
         match quantity {
             JointQuantity::RigidTorque => self.rigid_torques(robot, smoothing),
@@ -97,7 +102,8 @@ impl Lowering<'_> {
         let (position, speed) = self.motion(robot, smoothing);
         let (parameters, armature, gravity) = self.properties(robot);
         let a = &mut Operations(&mut self.graph);
-        let mut torques = inverse_dynamics(a, &robot.tree, &parameters, gravity, &position, &speed, &acceleration);
+        let mut torques =
+            inverse_dynamics(a, &robot.tree, &parameters, gravity, &position, &speed, &acceleration);
         for (torque, (inertia, acceleration)) in torques.iter_mut().zip(armature.iter().zip(&acceleration)) {
             let rotor = a.multiply(*inertia, *acceleration);
             *torque = a.add(*torque, rotor);

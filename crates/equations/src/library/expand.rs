@@ -99,7 +99,8 @@ pub(super) fn expand(row: &Row, model: &Model) -> Result<Vec<Candidate>, ModelEr
             && let Some(robot) = model.robot.as_ref().filter(|_| found.len() > 1)
         {
             let suffixes = robot.joint_names().map(|name| format!("_{name}"));
-            let parts = found.iter().zip(suffixes).map(|(place, suffix)| expand_at(row, place, model, &suffix));
+            let parts =
+                found.iter().zip(suffixes).map(|(place, suffix)| expand_at(row, place, model, &suffix));
             let parts = parts.collect::<Result<Vec<Candidate>, ModelError>>()?;
             candidates.truncate(first + found.len());
             candidates.push(all_joints(&parts, model)?);
@@ -253,7 +254,8 @@ pub(super) fn make_names_unique(candidates: &mut [Candidate]) {
             |kind: &String| names.iter().find(|(other, there, _)| other == kind && *there == position);
         candidate.reduces_to =
             candidate.reduces_to.as_ref().and_then(simpler).map(|(_, _, name)| name.clone());
-        let complete = |kind: &String| simpler(kind).map_or_else(|| kind.clone(), |(_, _, name)| name.clone());
+        let complete =
+            |kind: &String| simpler(kind).map_or_else(|| kind.clone(), |(_, _, name)| name.clone());
         candidate.excludes = candidate.excludes.iter().map(complete).collect();
     }
 }

@@ -1,7 +1,7 @@
 //! Places of a model where a library row can be applied: equations, inputs, outputs and parameters.
 
-use crate::model::{Input, Model, Output, Parameter, Target};
 use super::robot;
+use crate::model::{Input, Model, Output, Parameter, Target};
 use crate::text::{Kind, Symbol, Tree};
 
 /// Kinematic structure of a model: which states are rates of others, read from the equations.

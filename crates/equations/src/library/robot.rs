@@ -10,7 +10,10 @@ pub(super) fn joint_places(robot: &RobotModel) -> Vec<Place> {
         others: Vec::new(),
         on: joint.name.clone(),
         with: None,
-        names: vec![("x", in_brackets(&joint.position.tree.text)), ("v", in_brackets(&joint.speed.tree.text))],
+        names: vec![
+            ("x", in_brackets(&joint.position.tree.text)),
+            ("v", in_brackets(&joint.speed.tree.text)),
+        ],
     };
     robot.joints.iter().enumerate().map(place).collect()
 }
@@ -44,17 +47,18 @@ fn load_places(robot: &RobotModel) -> Vec<Place> {
 }
 
 /// Places for every two joints, with the speed `v` of the first and `u` of the second, and further names of both.
-fn pair_places(robot: &RobotModel, more: &[(&'static str, &'static str, fn(&Joint) -> Option<String>)]) -> Vec<Place> {
+fn pair_places(
+    robot: &RobotModel,
+    more: &[(&'static str, &'static str, fn(&Joint) -> Option<String>)],
+) -> Vec<Place> {
     let mut list = Vec::new();
     for (i, first) in robot.joints.iter().enumerate() {
         for (j, second) in robot.joints.iter().enumerate().skip(i + 1) {
             if robot.is_prismatic(i) != robot.is_prismatic(j) {
                 continue;
             }
-            let mut names = vec![
-                ("v", in_brackets(&first.speed.tree.text)),
-                ("u", in_brackets(&second.speed.tree.text)),
-            ];
+            let mut names =
+                vec![("v", in_brackets(&first.speed.tree.text)), ("u", in_brackets(&second.speed.tree.text))];
             for (of_first, of_second, text) in more {
                 if let (Some(a), Some(b)) = (text(first), text(second)) {
                     names.extend([(*of_first, a), (*of_second, b)]);

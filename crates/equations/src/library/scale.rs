@@ -46,7 +46,9 @@ impl Scales {
         let mut count = 0;
         for window in windows {
             let Ok(states) = system.states_along(window, options) else { continue };
-            for (k, state) in states.chunks_exact(window.start.len().max(1)).enumerate() {
+            let width = window.start.len();
+            for k in 0..=window.last - window.first {
+                let Some(state) = states.get(k * width..(k + 1) * width) else { break };
                 count += 1;
                 let finite = state.iter().all(|x| x.is_finite());
                 if count % stride == 0 && finite {

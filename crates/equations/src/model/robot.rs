@@ -138,7 +138,16 @@ pub(super) fn declare(file: &Item<'_, '_>) -> Result<Option<Declared>, ModelErro
     let Some(item) = file.entry("robot") else { return Ok(None) };
     item.table("a table, such as [robot] with file = \"arm.urdf\" and joints = [\"joint1\"]")?;
     item.check_keys(&[
-        "file", "joints", "locked", "gravity_m_s2", "base", "position", "speed", "acceleration", "torque", "preparation",
+        "file",
+        "joints",
+        "locked",
+        "gravity_m_s2",
+        "base",
+        "position",
+        "speed",
+        "acceleration",
+        "torque",
+        "preparation",
     ])?;
     let missing = |key, example| item.error(Fault::Missing { key, example });
     let path = item.entry("file").ok_or_else(|| missing("file", "file = \"arm.urdf\""))?;
@@ -211,11 +220,16 @@ impl Declared {
             if values.len() != count {
                 return Err(entry.wrong(expected));
             }
-            values.iter().map(|value| read(&Item { value, ..entry.clone() })).collect::<Result<_, _>>().map(Some)
+            values
+                .iter()
+                .map(|value| read(&Item { value, ..entry.clone() }))
+                .collect::<Result<_, _>>()
+                .map(Some)
         };
         let missing = |key, example| item.error(Fault::Missing { key, example });
-        let positions = list("position")?
-            .ok_or_else(|| missing("position", "position = [\"q1_rad\"], with one expression for each joint"))?;
+        let positions = list("position")?.ok_or_else(|| {
+            missing("position", "position = [\"q1_rad\"], with one expression for each joint")
+        })?;
         let speeds = list("speed")?
             .ok_or_else(|| missing("speed", "speed = [\"w1_rad_s\"], with one expression for each joint"))?;
         let (accelerations, torques) = (list("acceleration")?, list("torque")?);
@@ -412,7 +426,8 @@ impl RobotModel {
             Property::File(value) => *value,
             Property::Parameter(index) => bindings.symbol(Symbol::Parameter(*index)),
         };
-        let parameters = self.body_parameters(a, |_, p| bindings.symbol(Symbol::Parameter(p)), |_, _, _, v| v);
+        let parameters =
+            self.body_parameters(a, |_, p| bindings.symbol(Symbol::Parameter(p)), |_, _, _, v| v);
         let gravity = self.gravity.each_ref().map(of);
         let armature: Vec<f64> = self.armature.iter().map(of).collect();
         let position: Vec<f64> = self.joints.iter().map(|j| value(&j.position)).collect();
@@ -423,12 +438,14 @@ impl RobotModel {
         match symbol {
             Symbol::JointTorque(joint) => {
                 let acceleration = listed(|j| j.acceleration.as_ref());
-                let torques = inverse_dynamics(a, &self.tree, &parameters, gravity, &position, &speed, &acceleration);
+                let torques =
+                    inverse_dynamics(a, &self.tree, &parameters, gravity, &position, &speed, &acceleration);
                 torques[joint] + armature[joint] * acceleration[joint]
             }
             Symbol::JointAcceleration(joint) => {
                 let torque = listed(|j| j.torque.as_ref());
-                forward_dynamics(a, &self.tree, &parameters, gravity, &armature, &position, &speed, &torque)[joint]
+                forward_dynamics(a, &self.tree, &parameters, gravity, &armature, &position, &speed, &torque)
+                    [joint]
             }
             _ => 0.0,
         }

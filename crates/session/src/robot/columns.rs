@@ -19,7 +19,18 @@ pub(super) enum Signal {
 
 /// Words in the name of a column that mark a commanded position.
 const COMMAND_WORDS: [&str; 12] = [
-    "command", "cmd", "commanded", "desired", "des", "target", "reference", "ref", "setpoint", "goal", "demand", "soll",
+    "command",
+    "cmd",
+    "commanded",
+    "desired",
+    "des",
+    "target",
+    "reference",
+    "ref",
+    "setpoint",
+    "goal",
+    "demand",
+    "soll",
 ];
 
 /// Columns of one joint, by index into the columns of the log.
@@ -46,7 +57,8 @@ impl JointColumns {
 
 /// What a column measures, from its unit and the words of its name; `None` for any other quantity.
 fn signal(column: &Column) -> Option<Signal> {
-    let unit = |text: &str| Unit::parse(text).is_some_and(|unit| unit.dimensions() == column.unit().dimensions());
+    let unit =
+        |text: &str| Unit::parse(text).is_some_and(|unit| unit.dimensions() == column.unit().dimensions());
     let is_command = words(column.name()).iter().any(|word| COMMAND_WORDS.contains(&word.as_str()));
     let is_angle = column.unit() == Unit::RADIAN;
     match () {
@@ -89,7 +101,8 @@ pub(super) fn assign(columns: &[Column], joints: &[String]) -> Vec<JointColumns>
         for &index in &of_kind {
             let name = columns[index].name().to_lowercase();
             // The longest name wins: `arm_10` before `arm_1`.
-            let named = (0..joints.len()).filter(|j| name.contains(&lower[*j])).max_by_key(|j| lower[*j].len());
+            let named =
+                (0..joints.len()).filter(|j| name.contains(&lower[*j])).max_by_key(|j| lower[*j].len());
             let numbered = || number(&name).zip(first).map(|(number, first)| number - first);
             let only = || (of_kind.len() == 1 && joints.len() == 1).then_some(0);
             let joint = named.or_else(numbered).or_else(only);

@@ -110,13 +110,19 @@ impl Draft<'_> {
     /// The text of the model file.
     pub fn text(&self) -> String {
         let mut parameters = String::new();
-        let torques: Vec<String> = self.joints.iter().map(|joint| passive_torque(joint, self.free, &mut parameters)).collect();
+        let torques: Vec<String> =
+            self.joints.iter().map(|joint| passive_torque(joint, self.free, &mut parameters)).collect();
         for p in &self.properties {
             let bound = if p.is_positive { ", min = 0.0" } else { "" };
             let comment = if p.comment.is_empty() { String::new() } else { format!(" # {}", p.comment) };
             let unit = if p.name.contains("inertia_") { ", unit = \"kg m^2\"" } else { "" };
             let nominal = if p.is_positive { p.nominal.max(0.0) } else { p.nominal };
-            let _ = writeln!(parameters, "{} = {{ nominal = {}{bound}{unit} }}{comment}", p.name, number(nominal));
+            let _ = writeln!(
+                parameters,
+                "{} = {{ nominal = {}{bound}{unit} }}{comment}",
+                p.name,
+                number(nominal)
+            );
         }
         let mut out = self.head();
         match self.formulation {
@@ -142,7 +148,7 @@ impl Draft<'_> {
         let quoted = |values: Vec<&str>| -> String {
             values.iter().map(|v| format!("{v:?}")).collect::<Vec<String>>().join(", ")
         };
-        let list = |of: fn(&DraftJoint<'_>) -> &str| quoted(self.joints.iter().map(of).collect());
+        let list = |of: for<'j> fn(&'j DraftJoint<'_>) -> &'j str| quoted(self.joints.iter().map(of).collect());
         let [x, y, z] = self.gravity.map(number);
         format!(
             "\n[robot] # rigid-body dynamics of the description file; joints that are not listed are locked\n\
@@ -156,7 +162,8 @@ impl Draft<'_> {
 
     /// Writes the sections of a model whose input is the measured motion.
     fn inverse(&self, passive: &[String], out: &mut String, parameters: &str) {
-        let accelerations: Vec<String> = self.joints.iter().map(|j| format!("{:?}", j.acceleration)).collect();
+        let accelerations: Vec<String> =
+            self.joints.iter().map(|j| format!("{:?}", j.acceleration)).collect();
         *out += &self.robot_section(&format!("acceleration = [{}]", accelerations.join(", ")));
         *out += "\n[inputs] # measured motion, filtered and differentiated";
         *out += &self.preparation;
@@ -207,7 +214,8 @@ impl Draft<'_> {
         }
         *out += "\n[outputs]\n";
         for joint in &self.joints {
-            let _ = writeln!(out, "{} = {{ value = {:?}, sd = \"estimate\" }}", measured(joint), joint.position);
+            let _ =
+                writeln!(out, "{} = {{ value = {:?}, sd = \"estimate\" }}", measured(joint), joint.position);
         }
     }
 }
@@ -215,11 +223,8 @@ impl Draft<'_> {
 /// Torque that opposes the motion of a joint as the file states it: friction and spring, each term with its sign before it.
 fn passive_torque(joint: &DraftJoint<'_>, free: Free, parameters: &mut String) -> String {
     let (name, stated) = (&joint.name, joint.joint);
-    let [damping, loss, stiffness, position] = if joint.is_prismatic() {
-        ["N s/m", "N", "N/m", "m"]
-    } else {
-        ["N m s", "N m", "N m", "rad"]
-    };
+    let [damping, loss, stiffness, position] =
+        if joint.is_prismatic() { ["N s/m", "N", "N/m", "m"] } else { ["N m s", "N m", "N m", "rad"] };
     let mut text = String::new();
     if stated.damping > 0.0 || free.viscous {
         let _ = writeln!(

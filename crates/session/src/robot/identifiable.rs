@@ -6,7 +6,7 @@
 //! combination of those before it, and if the log determines it better than within the size of the whole robot. Each free
 //! parameter then stands for a combination; all others keep the values of the description file.
 
-use super::draft::{DraftJoint, FreeParameter, Free};
+use super::draft::{DraftJoint, Free, FreeParameter};
 use super::fault::RobotFault;
 use augsim_data::Dataset;
 use augsim_equations::model::plain_name;
@@ -124,7 +124,9 @@ impl Rows {
     /// A column whose value in a row and joint is `value(row, joint)`.
     fn column(&self, value: impl Fn(usize, usize) -> f64) -> Vec<f64> {
         let joints = self.weights.len();
-        (0..self.position.len() * joints).map(|i| self.weights[i % joints] * value(i / joints, i % joints)).collect()
+        (0..self.position.len() * joints)
+            .map(|i| self.weights[i % joints] * value(i / joints, i % joints))
+            .collect()
     }
 }
 
@@ -154,7 +156,8 @@ fn rotor_columns(rows: &Rows, joints: &[DraftJoint<'_>]) -> Vec<RegressorColumn>
 fn inertial_columns(robot: &Robot, tree: &Tree, rows: &Rows, gravity: [f64; 3]) -> Vec<RegressorColumn> {
     let file = tree.link_parameters(robot);
     let mass: f64 = file.iter().map(|p| p[0]).sum::<f64>().max(f64::MIN_POSITIVE);
-    let length = |p: &augsim_robot::tree::Body| p.placement.translation_m.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let length =
+        |p: &augsim_robot::tree::Body| p.placement.translation_m.iter().map(|x| x * x).sum::<f64>().sqrt();
     let reach = tree.bodies.iter().map(length).sum::<f64>().max(0.1);
     let mut columns = Vec::new();
     for body in 0..tree.bodies.len() {

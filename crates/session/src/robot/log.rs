@@ -19,7 +19,8 @@ pub(super) fn prepared(
     joints: &[DraftJoint<'_>],
     notes: &mut Vec<String>,
 ) -> Result<(Dataset, Preparation), RobotFault> {
-    let duration = |log: &JointLog| log.log.time_s.last().zip(log.log.time_s.first()).map_or(0.0, |(b, a)| b - a);
+    let duration =
+        |log: &JointLog| log.log.time_s.last().zip(log.log.time_s.first()).map_or(0.0, |(b, a)| b - a);
     let longest = logs.iter().max_by(|a, b| duration(a).total_cmp(&duration(b)));
     let Some(longest) = longest else { return Err(RobotFault::EmptyLog) };
     let fault = |trajectory: &str, error| RobotFault::Signals {
@@ -41,7 +42,8 @@ pub(super) fn prepared(
         };
         let is_single = segments.len() == 1;
         for (index, segment) in segments.into_iter().enumerate() {
-            let id = if is_single { one.trajectory.clone() } else { format!("{}-{}", one.trajectory, index + 1) };
+            let id =
+                if is_single { one.trajectory.clone() } else { format!("{}-{}", one.trajectory, index + 1) };
             let mut trajectory = Trajectory::new(id, segment.time_s.clone(), series(&segment, joints.len()))?;
             if let Some(group) = &one.group {
                 trajectory = trajectory.with_group(group.clone())?;

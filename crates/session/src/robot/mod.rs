@@ -66,7 +66,11 @@ pub struct RobotModel {
 ///
 /// # Errors
 /// A joint that the description lacks, columns of the log that cannot be assigned, a log that is too short to filter.
-pub fn model_from_robot(robot: &Robot, log: &Dataset, request: &RobotRequest) -> Result<RobotModel, RobotFault> {
+pub fn model_from_robot(
+    robot: &Robot,
+    log: &Dataset,
+    request: &RobotRequest,
+) -> Result<RobotModel, RobotFault> {
     let names = moving_joints(robot, log, request)?;
     let signals = JointSignals::find(robot, log, &names, request)?;
     let formulation = signals.formulation(request)?;
@@ -89,7 +93,9 @@ pub fn model_from_robot(robot: &Robot, log: &Dataset, request: &RobotRequest) ->
     let speeds: Vec<f64> = joints.iter().map(position).collect();
     joints.iter_mut().zip(speeds).for_each(|(joint, rms)| joint.speed_rms = rms);
     let properties = match formulation {
-        Formulation::Inverse => identifiable::properties(robot, &names, &joints, &data, gravity, request.free)?,
+        Formulation::Inverse => {
+            identifiable::properties(robot, &names, &joints, &data, gravity, request.free)?
+        }
         Formulation::Forward => identifiable::rotors(&joints, request.free),
     };
     let filter = |p: &Preparation| draft::preparation_text(p.cutoff_hz, p.rate_hz);
@@ -121,8 +127,11 @@ fn moving_joints(robot: &Robot, log: &Dataset, request: &RobotRequest) -> Result
     if !request.joints.is_empty() {
         return Ok(request.joints.clone());
     }
-    let is_free = |joint: &&augsim_robot::description::Joint| joint.kind != JointKind::Fixed && joint.coupling.is_none();
-    let candidates: Vec<String> = robot.joints.iter().filter(is_free).map(|joint| joint.name.clone()).collect();
+    let is_free = |joint: &&augsim_robot::description::Joint| {
+        joint.kind != JointKind::Fixed && joint.coupling.is_none()
+    };
+    let candidates: Vec<String> =
+        robot.joints.iter().filter(is_free).map(|joint| joint.name.clone()).collect();
     let assigned = columns::assign(log.columns(), &candidates);
     let has_position = |(name, columns): &(&String, &JointColumns)| {
         columns.position.is_some() || request.positions.iter().any(|(joint, _)| joint == *name)
@@ -184,7 +193,11 @@ impl JointSignals {
         Ok(Self {
             positions,
             // Measured speeds of combined positions are not known.
-            speeds: if request.positions.is_empty() { assigned.iter().map(|a| a.speed).collect() } else { None },
+            speeds: if request.positions.is_empty() {
+                assigned.iter().map(|a| a.speed).collect()
+            } else {
+                None
+            },
             torques: torques.into_iter().collect(),
             commands: assigned.iter().map(|a| a.command).collect(),
             currents,
@@ -194,7 +207,8 @@ impl JointSignals {
 
     /// The formulation of the request, or the one that the columns of the log allow.
     fn formulation(&self, request: &RobotRequest) -> Result<Formulation, RobotFault> {
-        let no_torques = || RobotFault::NoTorques { currents: self.currents.clone(), columns: self.columns.clone() };
+        let no_torques =
+            || RobotFault::NoTorques { currents: self.currents.clone(), columns: self.columns.clone() };
         match (request.formulation, &self.torques, &self.commands) {
             (Some(Formulation::Inverse) | None, Some(_), _) => Ok(Formulation::Inverse),
             (Some(Formulation::Inverse), None, _) => Err(no_torques()),
@@ -206,7 +220,10 @@ impl JointSignals {
     /// The log of the joints, trajectory by trajectory.
     fn log(&self, log: &Dataset, names: &[String]) -> Result<Vec<JointLog>, RobotFault> {
         let Some(torques) = &self.torques else {
-            return Err(RobotFault::NoTorques { currents: self.currents.clone(), columns: self.columns.clone() });
+            return Err(RobotFault::NoTorques {
+                currents: self.currents.clone(),
+                columns: self.columns.clone(),
+            });
         };
         let of = |t: &Trajectory| {
             let rows = |list: &[ColumnExpression]| -> Vec<Vec<f64>> {
@@ -246,13 +263,16 @@ impl JointSignals {
             columns.push((format!("measured_{}", joint.position), unit));
             match (&self.commands, &self.torques) {
                 (Some(commands), _) => {
-                    let actuator = robot.actuators.iter().find(|a| robot.joints[a.joint].name == names[index]);
+                    let actuator =
+                        robot.actuators.iter().find(|a| robot.joints[a.joint].name == names[index]);
                     let loop_of = actuator.map(|a| a.drive).filter(|drive| *drive != Drive::Motor);
-                    let drive = loop_of.ok_or_else(|| RobotFault::NoPositionLoop { joint: names[index].clone() })?;
+                    let drive =
+                        loop_of.ok_or_else(|| RobotFault::NoPositionLoop { joint: names[index].clone() })?;
                     joint.command = Some((joint.command_name(), drive));
                     let range = actuator.and_then(|a| a.force_range.map(|[_, high]| high * a.gear.abs()));
                     joint.limit = range.or(joint.joint.effort);
-                    let parsed = ColumnExpression::parse(&self.columns[commands[index]], &self.columns, "command");
+                    let parsed =
+                        ColumnExpression::parse(&self.columns[commands[index]], &self.columns, "command");
                     inputs.push(parsed?);
                 }
                 (None, Some(torques)) => inputs.push(torques[index].clone()),
