@@ -26,7 +26,7 @@ impl Tree {
     ///
     /// # Errors
     /// If a name is unknown, stated twice, or that of a fixed or coupled joint; if an unsupported element acts on a moving
-    /// joint; if the joints form a loop; or if a joint moves no inertia, so that the mass matrix is singular.
+    /// joint; or if the joints form a loop.
     pub fn new(robot: &Robot, joints: &[String], locked: &BTreeMap<String, f64>) -> Result<Tree, TreeError> {
         let named = named_joints(robot, joints)?;
         check_locked(robot, &named, locked)?;
@@ -34,9 +34,15 @@ impl Tree {
             .map(|joint| motion(robot, joint, &named, locked))
             .collect::<Result<Vec<_>, _>>()?;
         check_supported(robot, &motions)?;
-        let tree = assemble(robot, &motions, named.len())?;
-        check_inertia(robot, &tree, &named)?;
-        Ok(tree)
+        assemble(robot, &motions, named.len())
+    }
+
+    /// Checks that the named joints of this tree move positive inertias, without which there is no forward dynamics.
+    ///
+    /// # Errors
+    /// The first joint without one: the mass matrix would be singular.
+    pub fn check_inertia(&self, robot: &Robot, joints: &[String]) -> Result<(), TreeError> {
+        check_inertia(robot, self, &named_joints(robot, joints)?)
     }
 }
 
