@@ -3,7 +3,9 @@
 mod algebra;
 pub mod description;
 mod error;
+mod mjcf;
 mod origins;
+mod read;
 mod rotation;
 mod structure;
 pub mod tree;
@@ -14,5 +16,7 @@ mod xml;
 pub use algebra::{Algebra, Numbers};
 pub use description::Robot;
 pub use error::DescriptionError;
+pub use mjcf::read_mjcf;
+pub use read::read;
 pub use tree::Tree;
 pub use urdf::read_urdf;
