@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use crate::description::{JointKind, Robot, Unsupported};
+use crate::description::{Joint, JointKind, Placement, Robot, Unsupported};
 use crate::error::DescriptionError;
+use crate::rotation::{add, apply, compose, dot, rotate_tensor, tensor};
 
 /// Largest number of links.
 const MAX_LINKS: usize = 2_000;
@@ -14,6 +15,7 @@ const MAX_UNSUPPORTED: usize = 1_000;
 
 /// Refuses robots that are no tree, or that have links that no body can be.
 pub(crate) fn check(robot: &Robot) -> Result<(), DescriptionError> {
+    check_count(robot)?;
     check_names(robot)?;
     check_tree(robot)?;
     check_couplings(robot)?;
@@ -29,12 +31,21 @@ pub(crate) fn check(robot: &Robot) -> Result<(), DescriptionError> {
     Ok(())
 }
 
-/// Refuses two links or two joints of the same name, and too many links.
-fn check_names(robot: &Robot) -> Result<(), DescriptionError> {
+/// Refuses too many links, joints or actuators.
+pub(crate) fn check_count(robot: &Robot) -> Result<(), DescriptionError> {
     if robot.links.len() > MAX_LINKS {
-        let problem = format!("the robot has {} links, and at most {MAX_LINKS} are read", robot.links.len());
+        let problem = format!("the robot has more than {MAX_LINKS} links");
         return Err(DescriptionError::of_file(&robot.file, problem, "split it into parts"));
     }
+    if robot.joints.len().max(robot.actuators.len()) > MAX_LINKS {
+        let problem = format!("the robot has more than {MAX_LINKS} joints or actuators");
+        return Err(DescriptionError::of_file(&robot.file, problem, "split it into parts"));
+    }
+    Ok(())
+}
+
+/// Refuses two links or two joints of the same name.
+fn check_names(robot: &Robot) -> Result<(), DescriptionError> {
     let links = robot.links.iter().map(|link| (link.name.as_str(), link.line));
     let joints = robot.joints.iter().map(|joint| (joint.name.as_str(), joint.line));
     check_unique(robot, "link", links)?;
@@ -231,4 +242,37 @@ pub(crate) fn unsupported_joint(robot: &Robot, joint: usize, element: String) ->
     changed.sort_unstable();
     changed.dedup();
     Unsupported { element, line: joints[joint].line, joints: changed }
+}
+
+/// The joint-space inertia of one joint at the references of all joints, kg m2 or kg: that of the links it moves, about its
+/// axis, and the armature. `None` if a link has an inertia that is not known.
+///
+/// It is the diagonal element of the mass matrix. The mass of a prismatic joint is that of the links.
+pub(crate) fn subtree_inertia(robot: &Robot, joint: usize) -> Option<f64> {
+    let Joint { axis, armature, kind, child, .. } = &robot.joints[joint];
+    let mut children: Vec<Vec<usize>> = vec![Vec::new(); robot.links.len()];
+    for (k, joint) in robot.joints.iter().enumerate() {
+        children[joint.parent].push(k);
+    }
+    let mut total = *armature;
+    let mut pending = vec![(*child, Placement::IDENTITY)];
+    while let Some((link, placement)) = pending.pop() {
+        if let Some(inertia) = robot.links[link].inertia {
+            total += match kind {
+                JointKind::Prismatic => inertia.mass_kg,
+                _ => {
+                    // About an axis a through the origin: a^T I a + m (|c|^2 - (a c)^2).
+                    let centre = add(placement.translation_m, apply(&placement.rotation, inertia.centre_m));
+                    let moments = tensor(rotate_tensor(&placement.rotation, inertia.inertia_kg_m2));
+                    let along = dot(*axis, centre);
+                    dot(*axis, apply(&moments, *axis))
+                        + inertia.mass_kg * (dot(centre, centre) - along * along)
+                }
+            };
+        }
+        for &next in &children[link] {
+            pending.push((robot.joints[next].child, compose(&placement, &robot.joints[next].placement)));
+        }
+    }
+    (total > 0.0).then_some(total)
 }

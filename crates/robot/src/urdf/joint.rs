@@ -6,7 +6,7 @@ use super::read_origin;
 use crate::description::{Coupling, Joint, JointKind, Placement, Robot, Unsupported};
 use crate::error::DescriptionError;
 use crate::rotation::normalize;
-use crate::structure::unsupported_joint;
+use crate::structure::{check_count, unsupported_joint};
 use crate::xml::Element;
 
 /// Reads the joints, whose links have been read.
@@ -15,6 +15,7 @@ pub(super) fn read_joints(elements: &[Element], robot: &mut Robot) -> Result<(),
         robot.links.iter().enumerate().map(|(k, link)| (link.name.clone(), k)).collect();
     for element in elements {
         robot.joints.push(read_joint(*element, &links)?);
+        check_count(robot)?;
     }
     let joints: BTreeMap<String, usize> =
         robot.joints.iter().enumerate().map(|(k, joint)| (joint.name.clone(), k)).collect();

@@ -49,6 +49,7 @@ pub(crate) fn read_with_origins(text: &str, file: &str) -> Result<(Robot, Origin
     for element in root.children().filter(|element| element.tag() == "link") {
         robot.links.push(read_link(element)?);
         origins.links.push(Some(element.range().start));
+        structure::check_count(&robot)?;
     }
     let joints: Vec<Element> = root.children().filter(|element| element.tag() == "joint").collect();
     joint::read_joints(&joints, &mut robot)?;
@@ -57,7 +58,9 @@ pub(crate) fn read_with_origins(text: &str, file: &str) -> Result<(Robot, Origin
     joint::list_unsupported_types(&joints, &mut robot);
     for element in root.children().filter(|element| element.tag() == "transmission") {
         transmission::read(element, &mut robot)?;
+        structure::check_count(&robot)?;
     }
+    structure::check(&robot)?;
     Ok((robot, origins))
 }
 

@@ -26,11 +26,6 @@ impl<'a> Element<'a> {
         self.node.tag_name().name()
     }
 
-    /// Namespace of the element; `None` without a prefix or a default namespace.
-    pub fn namespace(&self) -> Option<&'a str> {
-        self.node.tag_name().namespace()
-    }
-
     /// The node of the parser.
     pub fn node(&self) -> Node<'a, 'a> {
         self.node

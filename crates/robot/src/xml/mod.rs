@@ -16,6 +16,8 @@ const MAX_BYTES: usize = 16 << 20;
 const MAX_NODES: u32 = 500_000;
 /// Largest number of attributes of an element. The parser compares each attribute with all others of its element.
 const MAX_ATTRIBUTES: usize = 200;
+/// Longest name of an element or class, bytes. Names of links without an element of their own are made of several.
+const MAX_NAME: usize = 200;
 /// Deepest nesting of elements; bodies of MJCF files are read recursively.
 const MAX_DEPTH: usize = 250;
 
@@ -26,7 +28,7 @@ pub(crate) fn parse<'t>(text: &'t str, file: &str) -> Result<Document<'t>, Descr
     check_size(text, file)?;
     let options = ParsingOptions { nodes_limit: MAX_NODES, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options).map_err(|error| explain(&error, file))?;
-    check_depth(&document, file)?;
+    check_elements(&document, file)?;
     Ok(document)
 }
 
@@ -77,14 +79,25 @@ fn most_attributes(text: &str) -> usize {
     most
 }
 
-/// Refuses elements that are nested too deeply.
-fn check_depth(document: &Document, file: &str) -> Result<(), DescriptionError> {
+/// Refuses elements that are nested too deeply, and names that are too long.
+fn check_elements(document: &Document, file: &str) -> Result<(), DescriptionError> {
+    let error = |node: roxmltree::Node, problem: String, remedy: &str| {
+        let line = Lines::new(document.input_text()).line(node.range().start);
+        DescriptionError::at(file, line, problem, remedy)
+    };
     let mut pending = vec![(document.root_element(), 1)];
     while let Some((node, depth)) = pending.pop() {
         if depth > MAX_DEPTH {
-            let line = Lines::new(document.input_text()).line(node.range().start);
             let problem = format!("elements are nested deeper than {MAX_DEPTH} levels");
-            return Err(DescriptionError::at(file, line, problem, "split the robot into parts"));
+            return Err(error(node, problem, "split the robot into parts"));
+        }
+        let names =
+            node.attributes().filter(|attribute| matches!(attribute.name(), "name" | "class" | "childclass"));
+        if let Some(longest) =
+            names.map(|attribute| attribute.value().len()).max().filter(|length| *length > MAX_NAME)
+        {
+            let problem = format!("a name has {longest} bytes, and at most {MAX_NAME} are read");
+            return Err(error(node, problem, "give a shorter name"));
         }
         pending.extend(node.children().filter(|child| child.is_element()).map(|child| (child, depth + 1)));
     }
