@@ -1,12 +1,14 @@
 #![doc = include_str!("../README.md")]
 
 mod algebra;
+mod derivatives;
 pub mod description;
 mod error;
 mod forward_dynamics;
 mod inertia;
 mod inverse_dynamics;
 mod joint_motion;
+mod lanes;
 mod names;
 mod origins;
 mod regressor;
@@ -22,11 +24,13 @@ mod warnings;
 mod xml;
 
 pub use algebra::{Algebra, Numbers};
+pub use derivatives::{TorqueDerivatives, inverse_dynamics_derivatives};
 pub use description::Robot;
 pub use error::DescriptionError;
 pub use forward_dynamics::{forward_dynamics, mass_matrix};
 pub use inertia::{dynamic_parameters, inertia_of, moved};
 pub use inverse_dynamics::inverse_dynamics;
+pub use lanes::Lanes;
 pub use regressor::regressor;
 pub use tree::{Tree, TreeError};
 pub use mjcf::read_mjcf;

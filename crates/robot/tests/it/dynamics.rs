@@ -4,7 +4,10 @@ use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 
 use augsim_robot::description::{Inertia, JointKind, Placement, Robot};
-use augsim_robot::{Numbers, Tree, forward_dynamics, inverse_dynamics, mass_matrix, regressor};
+use augsim_robot::{
+    Lanes, Numbers, Tree, forward_dynamics, inverse_dynamics, inverse_dynamics_derivatives, mass_matrix,
+    regressor,
+};
 
 use crate::arms::{elbow_arm, empty_link, general_arm, gripper, joint, link, names, robot};
 
@@ -202,4 +205,83 @@ fn a_locked_joint_is_equivalent_to_one_at_rest() {
     );
     let torque = all.torque(&[0.4, 0.35, 0.9], &[1.2, 0.0, 0.5], &[-2.0, 0.0, FRAC_PI_2]);
     assert_close(&result, &[torque[0], torque[2]], 1e-13);
+}
+
+#[test]
+fn derivatives_of_the_torques_agree_with_differences() {
+    for arm in arms() {
+        let n = arm.tree.coordinates;
+        let motion = [&POSITION[..n], &SPEED[..n], &ACCELERATION[..n]];
+        let (tree, parameters) = (&arm.tree, &arm.parameters);
+        let [position, speed, acceleration] = motion;
+        let exact = inverse_dynamics_derivatives(
+            &mut Numbers,
+            tree,
+            parameters,
+            GRAVITY,
+            position,
+            speed,
+            acceleration,
+        );
+        assert_close(&exact.torque, &arm.torque(position, speed, acceleration), 1e-14);
+        for (kind, derivatives) in [exact.position, exact.speed, exact.acceleration].iter().enumerate() {
+            for column in 0..n {
+                let torque_at = |step: f64| {
+                    let mut changed = motion.map(<[f64]>::to_vec);
+                    changed[kind][column] += step;
+                    arm.torque(&changed[0], &changed[1], &changed[2])
+                };
+                // Central differences of fourth order.
+                let step = 1e-3;
+                let [far, near] = [2.0, 1.0].map(|k| {
+                    let (after, before) = (torque_at(k * step), torque_at(-k * step));
+                    after.iter().zip(&before).map(|(x, y)| x - y).collect::<Vec<f64>>()
+                });
+                let differences: Vec<f64> =
+                    (0..n).map(|k| (8.0 * near[k] - far[k]) / (12.0 * step)).collect();
+                let values: Vec<f64> = (0..n).map(|row| derivatives[row * n + column]).collect();
+                assert_close(&values, &differences, 1e-10);
+            }
+        }
+    }
+}
+
+#[test]
+fn lanes_give_the_results_of_single_numbers() {
+    for arm in arms() {
+        let n = arm.tree.coordinates;
+        let sample = |lane: usize, motion: &[f64]| -> Vec<f64> {
+            motion[..n].iter().map(|x| x + lane as f64).collect()
+        };
+        let spread = |motion: &[f64]| -> Vec<[f64; 4]> {
+            (0..n).map(|k| std::array::from_fn(|lane| sample(lane, motion)[k])).collect()
+        };
+        let parameters: Vec<_> = arm.parameters.iter().map(|body| body.map(|value| [value; 4])).collect();
+        let lanes = inverse_dynamics_derivatives(
+            &mut Lanes::<4>,
+            &arm.tree,
+            &parameters,
+            GRAVITY.map(|g| [g; 4]),
+            &spread(&POSITION),
+            &spread(&SPEED),
+            &spread(&ACCELERATION),
+        );
+        for lane in 0..4 {
+            let [position, speed, acceleration] = [POSITION, SPEED, ACCELERATION].map(|x| sample(lane, &x));
+            let (tree, parameters) = (&arm.tree, &arm.parameters);
+            let single = inverse_dynamics_derivatives(
+                &mut Numbers,
+                tree,
+                parameters,
+                GRAVITY,
+                &position,
+                &speed,
+                &acceleration,
+            );
+            let values: Vec<f64> = lanes.position.iter().map(|value| value[lane]).collect();
+            assert_close(&values, &single.position, 1e-14);
+            let values: Vec<f64> = lanes.torque.iter().map(|value| value[lane]).collect();
+            assert_close(&values, &single.torque, 1e-14);
+        }
+    }
 }
