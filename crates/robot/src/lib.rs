@@ -2,6 +2,7 @@
 
 mod algebra;
 pub mod description;
+pub mod signals;
 pub mod tree;
 
 pub use algebra::{Algebra, Numbers};
