@@ -78,7 +78,7 @@ pub fn choose(log: &Log) -> Result<Preparation, SignalError> {
 impl Preparation {
     /// Preparation with this clock, s, and this cutoff, Hz: decimation, trimmed ends and longest gap follow from them.
     ///
-    /// A cutoff above [0.155 / interval](Preparation#structfield.cutoff_hz) makes accelerations too small by more than 1 %.
+    /// A cutoff of more than 0.155 / interval makes accelerations too small by more than 1 %.
     pub fn new(interval_s: f64, cutoff_hz: f64, noise: Vec<JointNoise>) -> Preparation {
         let decimation = decimation(cutoff_hz, interval_s);
         Preparation {

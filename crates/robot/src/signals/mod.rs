@@ -18,7 +18,7 @@ mod prepare;
 mod spectra;
 
 pub use choose::choose;
-pub use prepare::prepare;
+pub use prepare::{filter_and_decimate, prepare, prepare_at_full_rate};
 
 /// A log of a robot's joints.
 #[derive(Debug, Clone, PartialEq)]

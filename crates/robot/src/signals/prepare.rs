@@ -6,6 +6,9 @@ use super::clock::{interpolate, split_at_gaps, uniform_count};
 use super::filter::{LowPass, first_difference, second_difference};
 use super::{Log, Preparation, Segment, SignalError};
 
+/// Samples on each side that the central differences need.
+const DIFFERENCE_SAMPLES: usize = 2;
+
 /// Prepares a log: one segment for each part without long gaps that is long enough.
 ///
 /// Positions, torques and measured speeds pass the same filter. Derivatives are central differences of order 4 of the filtered
@@ -14,32 +17,68 @@ use super::{Log, Preparation, Segment, SignalError};
 /// # Errors
 /// Wrong shapes, times that do not increase, values that are not finite, or no part that is longer than the trimmed ends.
 pub fn prepare(log: &Log, with: &Preparation) -> Result<Vec<Segment>, SignalError> {
+    let filter = LowPass::new(with.cutoff_hz, with.interval_s);
+    let rows = long_segments(log, with)?;
+    Ok(rows.into_iter().map(|rows| prepare_segment(log, rows, with, &filter, margin(with))).collect())
+}
+
+/// Prepares a log as [`prepare`] does, but neither trims nor decimates.
+///
+/// # Errors
+/// As [`prepare`].
+pub fn prepare_at_full_rate(log: &Log, with: &Preparation) -> Result<Vec<Segment>, SignalError> {
+    // The condition on the duration is that of `prepare`, so that both return the same segments.
+    let mut segments = Vec::new();
+    let filter = LowPass::new(with.cutoff_hz, with.interval_s);
+    let full_rate = Preparation { decimation: 1, ..with.clone() };
+    for rows in long_segments(log, with)? {
+        segments.push(prepare_segment(log, rows, &full_rate, &filter, DIFFERENCE_SAMPLES));
+    }
+    Ok(segments)
+}
+
+/// Filters, trims and decimates values that were computed from a segment at the full rate, `[n][columns]`; returns `[k][columns]`.
+///
+/// A torque that is a nonlinear function of the motion, such as Coulomb friction at the filtered speed, has steps that the filtered measured
+/// torque does not have. After this filter it has the same rounded steps. The linear part of the dynamics must not be
+/// filtered again: its accelerations have passed the filter already.
+///
+/// The rows are those of [`prepare_at_full_rate`], and the result has the rows of [`prepare`].
+pub fn filter_and_decimate(values: &[Vec<f64>], with: &Preparation) -> Vec<Vec<f64>> {
+    let filter = LowPass::new(with.cutoff_hz, with.interval_s);
+    let columns = values.first().map_or(0, Vec::len);
+    let filtered: Vec<Vec<f64>> =
+        (0..columns).map(|k| filter.filter(&values.iter().map(|row| row[k]).collect::<Vec<_>>())).collect();
+    let first = margin(with) - DIFFERENCE_SAMPLES;
+    let kept = (first..values.len().saturating_sub(first)).step_by(with.decimation);
+    kept.map(|i| filtered.iter().map(|column| column[i]).collect()).collect()
+}
+
+/// Number of samples of the uniform clock that are dropped at each end of a segment.
+fn margin(with: &Preparation) -> usize {
+    ((with.trim_s / with.interval_s).ceil() as usize).max(DIFFERENCE_SAMPLES)
+}
+
+/// Rows of the segments without long gaps that are longer than their trimmed ends.
+fn long_segments(log: &Log, with: &Preparation) -> Result<Vec<Range<usize>>, SignalError> {
     log.check()?;
     if log.time_s.is_empty() {
         return Err(SignalError::TooShort { samples: 0, needed: 1 });
     }
-    // The differences need two samples on each side.
-    let margin = ((with.trim_s / with.interval_s).ceil() as usize).max(2);
-    let filter = LowPass::new(with.cutoff_hz, with.interval_s);
+    let margin = margin(with);
     let duration = |rows: &Range<usize>| log.time_s[rows.end - 1] - log.time_s[rows.start];
-    let rows = split_at_gaps(&log.time_s, with.max_gap_s);
-    let long_enough = |rows: &&Range<usize>| {
-        uniform_count(log.time_s[rows.start], log.time_s[rows.end - 1], with.interval_s) > 2 * margin
+    let segments = split_at_gaps(&log.time_s, with.max_gap_s);
+    let longest_s = segments.iter().map(duration).fold(0.0, f64::max);
+    let count = |rows: &Range<usize>| {
+        uniform_count(log.time_s[rows.start], log.time_s[rows.end - 1], with.interval_s)
     };
-    let segments: Vec<Segment> = rows
-        .iter()
-        .filter(long_enough)
-        .map(|rows| prepare_segment(log, rows.clone(), with, &filter, margin))
-        .collect();
-    if segments.is_empty() {
-        return Err(SignalError::SegmentsTooShort {
-            longest_s: rows.iter().map(duration).fold(0.0, f64::max),
-            needed_s: 2.0 * margin as f64 * with.interval_s,
-            max_gap_s: with.max_gap_s,
-            cutoff_hz: with.cutoff_hz,
-        });
+    let long: Vec<Range<usize>> = segments.into_iter().filter(|rows| count(rows) > 2 * margin).collect();
+    if long.is_empty() {
+        let needed_s = 2.0 * margin as f64 * with.interval_s;
+        let (max_gap_s, cutoff_hz) = (with.max_gap_s, with.cutoff_hz);
+        return Err(SignalError::SegmentsTooShort { longest_s, needed_s, max_gap_s, cutoff_hz });
     }
-    Ok(segments)
+    Ok(long)
 }
 
 /// Prepares the rows of one segment; the first and last `margin` samples of the uniform clock are dropped.

@@ -71,7 +71,9 @@ fn uniform_clock(interval: f64, duration: f64) -> Vec<f64> {
     (0..(duration / interval) as usize).map(|i| 10.0 + i as f64 * interval).collect()
 }
 
-/// Log of joints with this motion; the torque is 0.5 times the acceleration plus 3 times the position, plus noise unless the sensor is exact.
+/// Log of joints with this motion, with torques of 0.5 times the acceleration plus 3 times the position.
+///
+/// The torques have noise unless the sensor is exact.
 fn log(time_s: Vec<f64>, joints: &[(&Motion, Sensor)]) -> Log {
     let mut random = Random(99);
     let position: Vec<Vec<f64>> = time_s
@@ -255,6 +257,27 @@ fn a_linear_relation_of_torque_and_position_stays_exact() {
             assert_relative_eq!(speed[0], position[0], epsilon = 1e-12);
         }
     }
+}
+
+#[test]
+fn coulomb_friction_that_passes_the_filter_explains_the_filtered_torque() {
+    let motion = Motion::new(14, 10, 0.6);
+    let mut log = log(uniform_clock(1e-3, 20.0), &[(&motion, Sensor::White(1e-4))]);
+    let friction = |speed: f64| 2.0 * speed.signum();
+    let speed = |t: f64| (motion.position(t + 1e-4) - motion.position(t - 1e-4)) / 2e-4;
+    log.torque = log.time_s.iter().map(|t| vec![friction(speed(*t))]).collect();
+    let with = choose(&log).expect("motion").with_cutoff(3.0);
+    let segment = &prepare(&log, &with).expect("long enough")[0];
+    let full = &prepare_at_full_rate(&log, &with).expect("long enough")[0];
+    let modelled: Vec<Vec<f64>> = full.speed.iter().map(|row| vec![friction(row[0])]).collect();
+    let filtered = filter_and_decimate(&modelled, &with);
+    assert_eq!(filtered.len(), segment.torque.len());
+    let rms = |model: &dyn Fn(usize) -> f64| {
+        let square = |i: usize| (segment.torque[i][0] - model(i)).powi(2);
+        ((0..filtered.len()).map(square).sum::<f64>() / filtered.len() as f64).sqrt()
+    };
+    let (with_filter, without) = (rms(&|i| filtered[i][0]), rms(&|i| friction(segment.speed[i][0])));
+    assert!(with_filter < 0.2 * without, "{with_filter} {without}");
 }
 
 #[test]
