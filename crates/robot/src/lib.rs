@@ -1,9 +1,11 @@
 #![doc = include_str!("../README.md")]
 
 mod algebra;
+pub mod base_parameters;
 pub mod description;
 pub mod signals;
 pub mod tree;
+pub mod triangular_factor;
 
 pub use algebra::{Algebra, Numbers};
 pub use description::Robot;
