@@ -22,6 +22,8 @@ mod urdf;
 mod vectors;
 mod warnings;
 mod xml;
+pub mod base_parameters;
+pub mod triangular_factor;
 
 pub use algebra::{Algebra, Numbers};
 pub use derivatives::{TorqueDerivatives, inverse_dynamics_derivatives};
