@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod algebra;
+pub mod base_parameters;
 mod derivatives;
 pub mod description;
 mod error;
@@ -9,21 +10,20 @@ mod inertia;
 mod inverse_dynamics;
 mod joint_motion;
 mod lanes;
+mod mjcf;
 mod names;
 mod origins;
-mod regressor;
-mod mjcf;
 mod read;
+mod regressor;
 mod rotation;
 pub mod signals;
 mod structure;
 pub mod tree;
+pub mod triangular_factor;
 mod urdf;
 mod vectors;
 mod warnings;
 mod xml;
-pub mod base_parameters;
-pub mod triangular_factor;
 
 pub use algebra::{Algebra, Numbers};
 pub use derivatives::{TorqueDerivatives, inverse_dynamics_derivatives};
@@ -33,10 +33,8 @@ pub use forward_dynamics::{forward_dynamics, mass_matrix};
 pub use inertia::{dynamic_parameters, inertia_of, moved};
 pub use inverse_dynamics::inverse_dynamics;
 pub use lanes::Lanes;
-pub use regressor::regressor;
-pub use tree::{Tree, TreeError};
 pub use mjcf::read_mjcf;
 pub use read::read;
-pub use tree::Tree;
+pub use regressor::regressor;
+pub use tree::{Tree, TreeError};
 pub use urdf::read_urdf;
-pub use urdf::read_urdf as read;

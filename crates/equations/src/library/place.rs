@@ -242,11 +242,21 @@ fn parameter_places(model: &Model, motion: &Kinematics) -> Vec<Place> {
     quantities.extend((0..model.declared_states()).map(|state| state_name(model, state)));
     quantities.extend(model.inputs.iter().map(|u| u.name.clone()));
     quantities.extend(speeds);
+    // The inertias of a robot are constants of rigid bodies, and the law of each joint in its motion is an effect on the
+    // joint: only time and further inputs, such as a temperature, may change the other parameters.
+    let mut constants = Vec::new();
+    if let Some(robot) = &model.robot {
+        constants.extend(robot.parameters());
+        quantities =
+            ["t".to_owned()].into_iter().chain(free_inputs(model).map(|(_, u)| u.name.clone())).collect();
+    }
     let mut list = Vec::new();
     // A name with a dot is the delay of an input.
-    let is_free = |p: &Parameter| !p.frozen && !p.name.contains('.');
+    let is_free = |p: usize, parameter: &Parameter| {
+        !parameter.frozen && !parameter.name.contains('.') && !constants.contains(&p)
+    };
     let declared = model.parameters[..model.declared_parameters()].iter().enumerate();
-    for (p, parameter) in declared.filter(|(_, p)| is_free(p)) {
+    for (p, parameter) in declared.filter(|(p, parameter)| is_free(*p, parameter)) {
         for z in &quantities {
             let (on, names) = (parameter.name.clone(), vec![("z", z.clone())]);
             list.push(place(Target::Parameter(p), on, Some(z.clone()), names));

@@ -148,7 +148,8 @@ impl Draft<'_> {
         let quoted = |values: Vec<&str>| -> String {
             values.iter().map(|v| format!("{v:?}")).collect::<Vec<String>>().join(", ")
         };
-        let list = |of: for<'j> fn(&'j DraftJoint<'_>) -> &'j str| quoted(self.joints.iter().map(of).collect());
+        let list =
+            |of: for<'j> fn(&'j DraftJoint<'_>) -> &'j str| quoted(self.joints.iter().map(of).collect());
         let [x, y, z] = self.gravity.map(number);
         format!(
             "\n[robot] # rigid-body dynamics of the description file; joints that are not listed are locked\n\
