@@ -3,6 +3,7 @@
 mod algebra;
 pub mod description;
 mod error;
+mod export;
 mod mjcf;
 mod origins;
 mod read;
@@ -16,6 +17,7 @@ mod xml;
 pub use algebra::{Algebra, Numbers};
 pub use description::Robot;
 pub use error::DescriptionError;
+pub use export::{Changes, JointChange, to_mjcf, to_urdf, write_back};
 pub use mjcf::read_mjcf;
 pub use read::read;
 pub use tree::Tree;

@@ -9,7 +9,7 @@ use crate::rotation::{add, apply, compose, dot, rotate_tensor, tensor};
 /// Largest number of links.
 const MAX_LINKS: usize = 2_000;
 /// Largest number of joints between a link and the base.
-const MAX_CHAIN: usize = 500;
+const MAX_CHAIN: usize = 200;
 /// Largest number of elements that are listed as not supported.
 const MAX_UNSUPPORTED: usize = 1_000;
 

@@ -78,6 +78,10 @@ impl Bodies<'_> {
             self.names.record(item.element, 0);
             match item.element.tag() {
                 "body" => self.read_body(*item, 0)?,
+                "joint" | "freejoint" | "inertial" => {
+                    let problem = format!("the world has a {}", item.element.title());
+                    return Err(item.element.error(problem, "put it inside a <body>"));
+                }
                 tag => self.list_unsupported(item.element, tag, 0),
             }
         }

@@ -344,6 +344,6 @@ fn files_that_would_exhaust_memory_or_time_are_refused() {
     let text = format!(r#"<robot><link name="l0"/>{chain}</robot>"#);
     assert_eq!(
         message(&text),
-        "arm.urdf, line 1: link `l501` is more than 500 joints away from the base; split the robot into parts"
+        "arm.urdf, line 1: link `l201` is more than 200 joints away from the base; split the robot into parts"
     );
 }
