@@ -174,8 +174,6 @@ fn check_masses(robot: &Robot) -> Result<(), DescriptionError> {
             format!("link `{}` has the negative mass {} kg", link.name, inertia.mass_kg)
         } else if moving[k] && inertia.mass_kg == 0.0 && inertia.inertia_kg_m2 != [0.0; 6] {
             format!("link `{}` moves and has a moment of inertia, but no mass", link.name)
-        } else if inertia.inertia_kg_m2[..3].iter().any(|moment| *moment < 0.0) {
-            format!("link `{}` has a negative moment of inertia", link.name)
         } else {
             continue;
         };

@@ -379,7 +379,7 @@ fn each_fault_is_named_with_its_remedy() {
         ),
         (
             more(r#"<include file="x.xml"/>"#),
-            "line 5: the file includes `x.xml`, which is not read; save the whole model in one file: in Python, mujoco.mj_saveLastXML('whole.xml', mujoco.MjModel.from_xml_path('robot.xml'))",
+            "line 5: <include> adds `x.xml`, which is another file and is not read; save the whole model in one file: in Python, mujoco.mj_saveLastXML('whole.xml', mujoco.MjModel.from_xml_path('robot.xml'))",
         ),
         ("<robot/>".into(), "line 1: the first element is <robot> instead of <mujoco>; give an MJCF file"),
     ];
