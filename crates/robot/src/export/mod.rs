@@ -10,6 +10,8 @@ mod urdf;
 pub use to_mjcf::to_mjcf;
 pub use to_urdf::to_urdf;
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use crate::description::{Format, Inertia, JointKind, Robot};
 use crate::error::DescriptionError;
 use crate::origins::Origins;
@@ -123,7 +125,7 @@ fn names(robot: &Robot) -> (Vec<&str>, Vec<&str>) {
 
 /// The elements that start at given positions.
 fn find_elements<'a>(root: Element<'a>, origins: &Origins) -> Elements<'a> {
-    let mut by_start = std::collections::BTreeMap::new();
+    let mut by_start = BTreeMap::new();
     let mut pending = vec![root];
     while let Some(element) = pending.pop() {
         by_start.insert(element.range().start, element);
@@ -151,6 +153,11 @@ fn check_changes(robot: &Robot, changes: &Changes) -> Result<(), DescriptionErro
     let joints = changes.joints.iter().map(|(k, _)| k).chain(changes.notes.iter().map(|(k, _)| k));
     if let Some(k) = joints.into_iter().find(|k| **k >= robot.joints.len()) {
         return refuse(format!("the robot has no joint {k}"), "give an index below the number of joints");
+    }
+    let links: BTreeSet<usize> = changes.inertias.iter().map(|(k, _)| *k).collect();
+    let changed: BTreeSet<usize> = changes.joints.iter().map(|(k, _)| *k).collect();
+    if links.len() < changes.inertias.len() || changed.len() < changes.joints.len() {
+        return refuse("a link or a joint changes twice".into(), "give each one change");
     }
     for (k, change) in &changes.joints {
         let joint = &robot.joints[*k];

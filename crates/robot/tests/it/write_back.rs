@@ -166,6 +166,8 @@ fn changes_that_the_file_cannot_take_are_refused() {
         refusal(inertia(2)),
         "arm.xml: settings of the file change the inertia of link `b` when it is read; remove settotalmass, boundmass, boundinertia and balanceinertia from <compiler>"
     );
+    let twice = Changes { inertias: vec![(2, INERTIA), (2, INERTIA)], ..Changes::default() };
+    assert_eq!(refusal(twice), "arm.xml: a link or a joint changes twice; give each one change");
     let other = Robot { joints: vec![], ..robot.clone() };
     assert_eq!(
         write_back(text, &other, &Changes::default()).unwrap_err().to_string(),
