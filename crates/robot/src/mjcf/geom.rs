@@ -118,7 +118,7 @@ impl GeomValues {
         let (size, position, rotation) = self.extent(element, settings)?;
         let volume = self.volume(size);
         let mass_kg = self.mass.unwrap_or(self.density * volume);
-        if mass_kg <= 0.0 || !mass_kg.is_finite() {
+        if mass_kg <= 0.0 {
             return Ok(GeomMass::Nothing);
         }
         let [xx, yy, zz] = self.moments(size, mass_kg);

@@ -274,11 +274,17 @@ fn a_mesh_beside_an_explicit_inertia_is_no_obstacle() {
     assert_eq!((robot.unsupported.len(), robot.links[1].inertia.unwrap().mass_kg), (0, 1.0));
 }
 
+/// Asserts the message of each file, which is behind its name.
+fn assert_messages(cases: &[(String, &str)]) {
+    for (text, expected) in cases {
+        assert_eq!(message(text), format!("arm.xml, {expected}"));
+    }
+}
+
 #[test]
-fn each_fault_is_named_with_its_remedy() {
+fn each_fault_of_a_body_is_named_with_its_remedy() {
     let one = hinge("");
     let world = |attributes: &str| model(&hinge(attributes), "");
-    let more = |section: &str| model(&one, section);
     let inertial =
         |content: &str| model(&format!(r#"<body name="b"><joint/><inertial {content}/></body>"#), "");
     let cases = [
@@ -341,6 +347,14 @@ fn each_fault_is_named_with_its_remedy() {
             inertial(r#"pos="0 0 0" mass="1" quat="1 0 0 0" fullinertia="1 1 1 0 0 0""#),
             "line 3: <inertial> has fullinertia and an orientation; remove the orientation: fullinertia is along the axes of the body",
         ),
+    ];
+    assert_messages(&cases);
+}
+
+#[test]
+fn each_fault_of_another_section_is_named_with_its_remedy() {
+    let more = |section: &str| model(&hinge(""), section);
+    let cases = [
         (
             more(r#"<default><default class="c"><default class="c"/></default></default>"#),
             "line 5: the default class `c` is declared a second time; give it another name",
@@ -381,11 +395,13 @@ fn each_fault_is_named_with_its_remedy() {
             more(r#"<include file="x.xml"/>"#),
             "line 5: <include> adds `x.xml`, which is another file and is not read; save the whole model in one file: in Python, mujoco.mj_saveLastXML('whole.xml', mujoco.MjModel.from_xml_path('robot.xml'))",
         ),
+        (
+            model(r#"<body name="b"><geom size="1e200"/></body>"#, ""),
+            "line 3: link `b` has numbers that are too large; check their units",
+        ),
         ("<robot/>".into(), "line 1: the first element is <robot> instead of <mujoco>; give an MJCF file"),
     ];
-    for (text, expected) in cases {
-        assert_eq!(message(&text), format!("arm.xml, {expected}"));
-    }
+    assert_messages(&cases);
 }
 
 #[test]
