@@ -274,6 +274,18 @@ fn a_mesh_beside_an_explicit_inertia_is_no_obstacle() {
     assert_eq!((robot.unsupported.len(), robot.links[1].inertia.unwrap().mass_kg), (0, 1.0));
 }
 
+#[test]
+fn bodies_and_frames_are_read_as_deep_as_elements_may_be_nested() {
+    let inner = "<frame euler=\"0 0 1\"><body><joint/><geom size=\"0.1\"/>";
+    let robot = robot(&model(&format!("{}{}", inner.repeat(120), "</body></frame>".repeat(120)), ""));
+    assert_eq!((robot.links.len(), robot.joints[119].parent), (121, 119));
+    let text = model(&format!("{}{}", inner.repeat(130), "</body></frame>".repeat(130)), "");
+    assert_eq!(
+        message(&text),
+        "arm.xml, line 3: elements are nested deeper than 250 levels; split the robot into parts"
+    );
+}
+
 /// Asserts the message of each file, which is behind its name.
 fn assert_messages(cases: &[(String, &str)]) {
     for (text, expected) in cases {

@@ -190,6 +190,17 @@ fn with_joint(content: &str) -> String {
 }
 
 #[test]
+fn zeros_of_exporters_are_no_limits() {
+    let limits = |content: &str| {
+        let robot = read_urdf(&with_joint(content), "arm.urdf").unwrap();
+        (robot.joints[0].range, robot.joints[0].effort)
+    };
+    assert_eq!(limits(r#"<limit lower="0" upper="0" effort="0" velocity="0"/>"#), (None, None));
+    assert_eq!(limits(r#"<limit upper="2" effort="5"/>"#), (Some([0.0, 2.0]), Some(5.0)));
+    assert_eq!(limits(r#"<limit effort="5"/>"#), (None, Some(5.0)));
+}
+
+#[test]
 fn each_fault_of_a_joint_is_named_with_its_remedy() {
     let cases = [
         (

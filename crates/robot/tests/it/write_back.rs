@@ -124,6 +124,21 @@ fn no_change_gives_the_same_bytes() {
 }
 
 #[test]
+fn new_lines_end_and_are_indented_like_those_of_the_file() {
+    let text = "\u{feff}<robot name=\"r\">\r\n\t<link name=\"a\"/>\r\n\t<link name=\"b\"/>\r\n\
+        \t<joint name=\"j\" type=\"continuous\">\r\n\t\t<parent link=\"a\"/>\r\n\t\t<child link=\"b\"/>\r\n\t</joint>\r\n</robot>";
+    let changed = written(text, |_| Changes {
+        joints: vec![(0, JointChange { damping: Some(2.0), ..JointChange::default() })],
+        notes: vec![(0, "delay 4 ms".into())],
+        ..Changes::default()
+    });
+    let expected = text
+        .replace("\t<joint", "\t<!-- joint j: delay 4 ms -->\r\n\t<joint")
+        .replace("<child link=\"b\"/>", "<child link=\"b\"/>\r\n\t\t<dynamics damping=\"2\"/>");
+    assert_eq!(changed, expected);
+}
+
+#[test]
 fn an_explicit_inertia_counts_although_geoms_took_its_place() {
     let text = r#"<mujoco><compiler inertiafromgeom="true"/><worldbody>
 <body name="b"><inertial pos="0 0 0" mass="9" diaginertia="9 9 9"/><joint/><geom size="0.1"/></body>
