@@ -13,7 +13,8 @@ const UNLIMITED: f64 = 1e9;
 /// Writes a robot as a URDF file, which [`crate::read_urdf`] and other readers of URDF read.
 ///
 /// A joint whose reference is not 0 is placed where it is at position 0. What URDF cannot state - gravity, armature, springs
-/// and loops of drives - and elements that are not supported are listed in comments.
+/// and loops of drives - and elements that are not supported are listed in comments. A body of an MJCF file with several joints
+/// has massless links between them, which MuJoCo's own reader of URDF refuses.
 pub fn to_urdf(robot: &Robot) -> String {
     let mut text = format!("<?xml version=\"1.0\"?>\n<robot name=\"{}\">\n", escape(&robot.name));
     let mut line = |indent: usize, xml: &str| {
