@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use crate::description::{Joint, JointKind, Placement, Robot, Unsupported};
+use crate::description::{Drive, Inertia, Joint, JointKind, Placement, Robot, Unsupported};
 use crate::error::DescriptionError;
 use crate::rotation::{add, apply, compose, dot, rotate_tensor, tensor};
 
 /// Largest number of links.
 const MAX_LINKS: usize = 2_000;
 /// Largest number of joints between a link and the base.
-const MAX_CHAIN: usize = 500;
+const MAX_CHAIN: usize = 200;
 /// Largest number of elements that are listed as not supported.
 const MAX_UNSUPPORTED: usize = 1_000;
 
@@ -19,6 +19,7 @@ pub(crate) fn check(robot: &Robot) -> Result<(), DescriptionError> {
     check_names(robot)?;
     check_tree(robot)?;
     check_couplings(robot)?;
+    check_finite(robot)?;
     check_masses(robot)?;
     if robot.unsupported.len() > MAX_UNSUPPORTED {
         let problem = format!("the file has more than {MAX_UNSUPPORTED} elements that are not supported");
@@ -165,6 +166,42 @@ fn check_couplings(robot: &Robot) -> Result<(), DescriptionError> {
     Ok(())
 }
 
+/// Refuses numbers that the arithmetic of the reader made infinite, such as the mass of a geom of 1e200 m.
+fn check_finite(robot: &Robot) -> Result<(), DescriptionError> {
+    let refuse = |line: usize, name: &str, kind: &str| {
+        let problem = format!("{kind} `{name}` has numbers that are too large");
+        Err(DescriptionError::at(&robot.file, line, problem, "check their units"))
+    };
+    for link in &robot.links {
+        let inertia = link.inertia.map_or([0.0; 10], |inertia| {
+            let Inertia { mass_kg, centre_m: [x, y, z], inertia_kg_m2: [a, b, c, d, e, f] } = inertia;
+            [mass_kg, x, y, z, a, b, c, d, e, f]
+        });
+        if !inertia.iter().chain(&link.shift_m).all(|number| number.is_finite()) {
+            return refuse(link.line, &link.name, "link");
+        }
+    }
+    for joint in &robot.joints {
+        let Placement { rotation, translation_m } = joint.placement;
+        let coupling = joint.coupling.as_ref().map_or([0.0; 2], |coupling| [coupling.ratio, coupling.offset]);
+        let mut numbers = rotation.iter().flatten().chain(&translation_m).chain(&joint.axis).chain(&coupling);
+        if !numbers.all(|number| number.is_finite()) {
+            return refuse(joint.line, &joint.name, "joint");
+        }
+    }
+    for actuator in &robot.actuators {
+        let gains = match actuator.drive {
+            Drive::Motor => [0.0; 2],
+            Drive::Position { kp, kv } => [kp, kv],
+            Drive::Velocity { kv } => [kv, 0.0],
+        };
+        if !gains.iter().chain([&actuator.gear]).all(|number| number.is_finite()) {
+            return refuse(actuator.line, &actuator.name, "actuator");
+        }
+    }
+    Ok(())
+}
+
 /// Refuses negative masses, and moving links that have a moment of inertia and no mass.
 fn check_masses(robot: &Robot) -> Result<(), DescriptionError> {
     let moving = moving_links(robot);
@@ -174,8 +211,6 @@ fn check_masses(robot: &Robot) -> Result<(), DescriptionError> {
             format!("link `{}` has the negative mass {} kg", link.name, inertia.mass_kg)
         } else if moving[k] && inertia.mass_kg == 0.0 && inertia.inertia_kg_m2 != [0.0; 6] {
             format!("link `{}` moves and has a moment of inertia, but no mass", link.name)
-        } else if inertia.inertia_kg_m2[..3].iter().any(|moment| *moment < 0.0) {
-            format!("link `{}` has a negative moment of inertia", link.name)
         } else {
             continue;
         };

@@ -118,7 +118,7 @@ impl GeomValues {
         let (size, position, rotation) = self.extent(element, settings)?;
         let volume = self.volume(size);
         let mass_kg = self.mass.unwrap_or(self.density * volume);
-        if mass_kg <= 0.0 || !mass_kg.is_finite() {
+        if mass_kg <= 0.0 {
             return Ok(GeomMass::Nothing);
         }
         let [xx, yy, zz] = self.moments(size, mass_kg);
@@ -143,6 +143,10 @@ impl GeomValues {
                         element.title()
                     );
                     return Err(element.error(problem, "give two different points"));
+                }
+                if self.position != [0.0; 3] {
+                    let problem = format!("{} has both pos and fromto", element.title());
+                    return Err(element.error(problem, "remove pos"));
                 }
                 size[1] = length / 2.0;
                 if matches!(self.shape, Shape::Ellipsoid | Shape::Box) {

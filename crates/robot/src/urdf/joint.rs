@@ -111,10 +111,12 @@ fn read_axis(joint: &str, element: Element) -> Result<[f64; 3], DescriptionError
 type Limits = (Option<[f64; 2]>, Option<f64>);
 
 /// Reads the limits of a joint. A bound that is missing beside the other one is 0; a continuous joint has no bounds.
+///
+/// Exporters of CAD programs write zeros where the user entered nothing: an empty range and an effort of 0 count as not stated.
 fn read_limits(joint: &str, element: Element, declared_type: &str) -> Result<Limits, DescriptionError> {
     let Some(limit) = element.child("limit") else { return Ok((None, None)) };
     let bounds = (limit.number("lower")?, limit.number("upper")?);
-    let effort = limit.number("effort")?;
+    let effort = limit.number("effort")?.filter(|effort| *effort > 0.0);
     if bounds == (None, None) || !matches!(declared_type, "revolute" | "prismatic") {
         return Ok((None, effort));
     }
@@ -123,7 +125,7 @@ fn read_limits(joint: &str, element: Element, declared_type: &str) -> Result<Lim
         let problem = format!("joint `{joint}`: its lower limit {lower} exceeds its upper limit {upper}");
         return Err(limit.error(problem, "swap them"));
     }
-    Ok((Some([lower, upper]), effort))
+    Ok(((lower < upper).then_some([lower, upper]), effort))
 }
 
 /// Reads the coupling of a joint to another one.
