@@ -13,7 +13,7 @@ use crate::inertia::{added, split};
 use crate::inverse_dynamics::inverse_dynamics;
 use crate::joint_motion::JointMotion;
 use crate::tree::{Body, Tree};
-use crate::vectors::Vectors;
+use crate::vectors::{Vectors, symmetric_rows};
 
 /// Accelerations of the coordinates (rad/s2 or m/s2) under torques or forces (N m or N), without friction.
 ///
@@ -108,8 +108,8 @@ fn unit_wrench<A: Algebra>(a: &mut A, body: &Body, composite: &[A::Value; 10]) -
         let force = a.add_along(zero, body.axis, mass);
         return [a.cross_constant(body.axis.map(|x| -x), moment), force];
     }
-    let rows = crate::vectors::STORED.map(|row| row.map(|k| tensor[k]));
-    [rows.map(|row| a.dot_constant(body.axis, row)), a.cross_constant(body.axis, moment)]
+    let turning = a.apply_to_constant(&symmetric_rows(&tensor), body.axis);
+    [turning, a.cross_constant(body.axis, moment)]
 }
 
 /// Replaces a symmetric matrix by its factors: L below the diagonal, D on it, matrix = L^T D L; returns 1/D.

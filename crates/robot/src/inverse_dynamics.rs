@@ -75,7 +75,7 @@ pub(crate) fn body_motions<A: Algebra>(
 ) -> Vec<BodyMotion<A::Value>> {
     // A base at rest in gravity is equivalent to one that accelerates upwards without gravity.
     let zero = a.zero3();
-    let upwards = gravity.map(|g| a.negate(g));
+    let upwards = a.negate3(gravity);
     let base = BodyMotion { omega: zero, alpha: zero, acceleration: upwards, gradient: [zero; 3] };
     let mut motions: Vec<BodyMotion<A::Value>> = Vec::with_capacity(tree.bodies.len());
     for (body, joint) in tree.bodies.iter().zip(joints) {
@@ -110,7 +110,7 @@ fn next_motion<A: Algebra>(
         return BodyMotion { omega, alpha, acceleration, gradient };
     };
     let gradient = gradient(a, carried, alpha);
-    let along = gradient.map(|row| a.dot_constant(body.axis, row));
+    let along = a.apply_to_constant(&gradient, body.axis);
     let along = a.scale3(distance, along);
     acceleration = a.add3(acceleration, along);
     // Coriolis acceleration: 2 omega x axis times the speed along the axis.

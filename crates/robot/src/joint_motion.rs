@@ -49,8 +49,8 @@ impl<'t, V: Copy> JointMotion<'t, V> {
             Moved::AboutFrameAxis { axis, cos, sin } => {
                 let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
                 let mut turned = x;
-                turned[i] = sum_of_products(a, *cos, x[i], *sin, x[j]);
-                turned[j] = difference_of_products(a, *cos, x[j], *sin, x[i]);
+                turned[i] = a.sum_of_products([*cos, x[i]], [*sin, x[j]]);
+                turned[j] = a.difference_of_products([*cos, x[j]], [*sin, x[i]]);
                 turned
             }
             Moved::About(rotation) => a.apply(&transposed(rotation), x),
@@ -65,8 +65,8 @@ impl<'t, V: Copy> JointMotion<'t, V> {
             Moved::AboutFrameAxis { axis, cos, sin } => {
                 let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
                 let mut turned = x;
-                turned[i] = difference_of_products(a, *cos, x[i], *sin, x[j]);
-                turned[j] = sum_of_products(a, *sin, x[i], *cos, x[j]);
+                turned[i] = a.difference_of_products([*cos, x[i]], [*sin, x[j]]);
+                turned[j] = a.sum_of_products([*sin, x[i]], [*cos, x[j]]);
                 turned
             }
             Moved::About(rotation) => a.apply(rotation, x),
@@ -125,11 +125,8 @@ impl<'t, V: Copy> JointMotion<'t, V> {
         gradient: &[[V; 3]; 3],
     ) -> [V; 3] {
         let p = self.body.placement.translation_m;
-        let mut at_reference = acceleration;
-        for (value, row) in at_reference.iter_mut().zip(gradient) {
-            let difference = [(1.0, *value), (p[0], row[0]), (p[1], row[1]), (p[2], row[2])];
-            *value = a.combine(difference);
-        }
+        let difference = a.apply_to_constant(gradient, p);
+        let at_reference = a.add3(acceleration, difference);
         self.direction_in_body(a, at_reference)
     }
 
@@ -197,32 +194,6 @@ fn rotation<A: Algebra>(a: &mut A, axis: [f64; 3], cos: A::Value, sin: A::Value)
         .map(|i| [0, 1, 2].map(|j| a.combine([(along[i][j], one), (across[i][j], cos), (skew[i][j], sin)])))
 }
 
-/// The sum `a * x + b * y`.
-#[inline(always)]
-fn sum_of_products<A: Algebra>(
-    algebra: &mut A,
-    a: A::Value,
-    x: A::Value,
-    b: A::Value,
-    y: A::Value,
-) -> A::Value {
-    let (first, second) = (algebra.multiply(a, x), algebra.multiply(b, y));
-    algebra.add(first, second)
-}
-
-/// The difference `a * x - b * y`.
-#[inline(always)]
-fn difference_of_products<A: Algebra>(
-    algebra: &mut A,
-    a: A::Value,
-    x: A::Value,
-    b: A::Value,
-    y: A::Value,
-) -> A::Value {
-    let (first, second) = (algebra.multiply(a, x), algebra.multiply(b, y));
-    algebra.subtract(first, second)
-}
-
 /// Symmetric tensor after a rotation about a coordinate axis.
 fn turned_about_axis<A: Algebra>(
     a: &mut A,
@@ -238,15 +209,15 @@ fn turned_about_axis<A: Algebra>(
     let (excess, product) = (a.subtract(tensor[ii], tensor[jj]), tensor[ij]);
     // ii' = ii - (ii - jj) sin^2 - 2 ij sin cos, and the trace stays.
     let doubled = a.add(product, product);
-    let change = sum_of_products(a, sin_sin, excess, sin_cos, doubled);
+    let change = a.sum_of_products([sin_sin, excess], [sin_cos, doubled]);
     let mut turned = *tensor;
     turned[ii] = a.subtract(tensor[ii], change);
     turned[jj] = a.add(tensor[jj], change);
     // ij' = ij + (ii - jj) sin cos - 2 ij sin^2
-    let change = difference_of_products(a, sin_cos, excess, sin_sin, doubled);
+    let change = a.difference_of_products([sin_cos, excess], [sin_sin, doubled]);
     turned[ij] = a.add(product, change);
-    turned[ik] = difference_of_products(a, cos, tensor[ik], sin, tensor[jk]);
-    turned[jk] = sum_of_products(a, sin, tensor[ik], cos, tensor[jk]);
+    turned[ik] = a.difference_of_products([cos, tensor[ik]], [sin, tensor[jk]]);
+    turned[jk] = a.sum_of_products([sin, tensor[ik]], [cos, tensor[jk]]);
     turned
 }
 
