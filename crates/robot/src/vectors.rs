@@ -5,6 +5,7 @@
 
 use crate::algebra::Algebra;
 use crate::description::Placement;
+use crate::rotation::compose;
 
 /// Elements (row, column) of a symmetric tensor in the order in which its six values are stored.
 pub(crate) const SYMMETRIC: [[usize; 2]; 6] = [[0, 0], [0, 1], [0, 2], [1, 1], [1, 2], [2, 2]];
@@ -221,17 +222,8 @@ const ROUNDING: f64 = 1e-15;
 ///
 /// Rotation elements within rounding of 0, 1 or -1 get these values, so that products with them are skipped.
 pub(crate) fn composed(first: &Placement, second: &Placement) -> Placement {
-    let columns = transposed(&second.rotation);
-    let rotation = first.rotation.map(|row| columns.map(|column| rounded(dot(row, column))));
-    let moved = first.rotation.map(|row| dot(row, second.translation_m));
-    Placement { rotation, translation_m: [0, 1, 2].map(|k| first.translation_m[k] + moved[k]) }
-}
-
-/// Rotation matrix about an axis of length 1 by an angle (rad): Rodrigues' formula.
-pub(crate) fn rotation_about(axis: [f64; 3], angle: f64) -> [[f64; 3]; 3] {
-    let (sin, cos) = angle.sin_cos();
-    let [along, across, skew] = rotation_terms(axis);
-    [0, 1, 2].map(|i| [0, 1, 2].map(|j| along[i][j] + cos * across[i][j] + sin * skew[i][j]))
+    let Placement { rotation, translation_m } = compose(first, second);
+    Placement { rotation: rotation.map(|row| row.map(rounded)), translation_m }
 }
 
 /// The three matrices of Rodrigues' formula: rotation = first + cos(angle) * second + sin(angle) * third.
@@ -240,11 +232,6 @@ pub(crate) fn rotation_terms(axis: [f64; 3]) -> [[[f64; 3]; 3]; 3] {
     let along = axis.map(|row| axis.map(|column| row * column));
     let across = [0, 1, 2].map(|i| [0, 1, 2].map(|j| f64::from(u8::from(i == j)) - along[i][j]));
     [along, across, [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]]
-}
-
-/// Scalar product of two constant vectors.
-fn dot(x: [f64; 3], y: [f64; 3]) -> f64 {
-    x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
 }
 
 /// The value, or 0, 1 or -1 where the value differs from it by rounding only.

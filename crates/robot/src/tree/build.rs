@@ -7,7 +7,8 @@ use crate::algebra::Numbers;
 use crate::description::{Joint, JointKind, Placement, Robot};
 use crate::forward_dynamics::{factorise, mass_matrix};
 use crate::names::suggestion;
-use crate::vectors::{composed, rotation_about, rounded};
+use crate::rotation::about_axis;
+use crate::vectors::{composed, rounded};
 
 /// What a joint of the description does in the tree.
 enum Motion {
@@ -230,7 +231,7 @@ fn displaced(joint: &Joint, displacement: f64) -> Placement {
     match joint.kind {
         JointKind::Fixed => Placement::IDENTITY,
         JointKind::Revolute => {
-            Placement { rotation: rotation_about(joint.axis, displacement), ..Placement::IDENTITY }
+            Placement { rotation: about_axis(joint.axis, displacement), ..Placement::IDENTITY }
         }
         JointKind::Prismatic => {
             Placement { translation_m: joint.axis.map(|x| displacement * x), ..Placement::IDENTITY }
