@@ -3,9 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::{Attached, Body, Tree, TreeError};
-use crate::algebra::Numbers;
 use crate::description::{Joint, JointKind, Placement, Robot};
-use crate::forward_dynamics::{factorise, mass_matrix};
 use crate::names::suggestion;
 use crate::rotation::about_axis;
 use crate::vectors::{composed, rounded};
@@ -27,7 +25,7 @@ impl Tree {
     ///
     /// # Errors
     /// If a name is unknown, stated twice, or that of a fixed or coupled joint; if an unsupported element acts on a moving
-    /// joint; if the joints form a loop; or if a joint moves no inertia, so that the mass matrix is singular.
+    /// joint; or if the joints form a loop. See [`Tree::check_inertia`] for links without inertia.
     pub fn new(robot: &Robot, joints: &[String], locked: &BTreeMap<String, f64>) -> Result<Tree, TreeError> {
         let named = named_joints(robot, joints)?;
         check_locked(robot, &named, locked)?;
@@ -35,9 +33,7 @@ impl Tree {
             .map(|joint| motion(robot, joint, &named, locked))
             .collect::<Result<Vec<_>, _>>()?;
         check_supported(robot, &motions)?;
-        let tree = assemble(robot, &motions, named.len())?;
-        check_inertia(robot, &tree, &named)?;
-        Ok(tree)
+        assemble(robot, &motions, named.len())
     }
 }
 
@@ -237,34 +233,4 @@ fn displaced(joint: &Joint, displacement: f64) -> Placement {
             Placement { translation_m: joint.axis.map(|x| displacement * x), ..Placement::IDENTITY }
         }
     }
-}
-
-/// Pivots below this share of the mass matrix's diagonal are zero within rounding.
-const SINGULAR: f64 = 1e-12;
-
-/// Refuses a tree whose mass matrix is singular.
-///
-/// A massless body is allowed where a later body or an armature gives its joint inertia.
-fn check_inertia(robot: &Robot, tree: &Tree, named: &[usize]) -> Result<(), TreeError> {
-    // At arbitrary positions, since a mass matrix may be singular at special ones only, such as where two axes of a massless
-    // wrist are in line.
-    let singular = singular_coordinate(robot, tree, 0.3).and_then(|_| singular_coordinate(robot, tree, 1.1));
-    let Some(coordinate) = singular else {
-        return Ok(());
-    };
-    let joint = &robot.joints[named[coordinate]];
-    Err(TreeError::NoInertia { file: robot.file.clone(), joint: joint.name.clone(), line: joint.line })
-}
-
-/// A coordinate whose inertia, with all later coordinates free to move, is not positive at a position.
-fn singular_coordinate(robot: &Robot, tree: &Tree, first_position: f64) -> Option<usize> {
-    let links = tree.link_parameters(robot);
-    let parameters = tree.body_parameters(&mut Numbers, &links);
-    let position: Vec<f64> = (0..tree.coordinates).map(|k| first_position + 0.7 * k as f64).collect();
-    let mut matrix = mass_matrix(&mut Numbers, tree, &parameters, &tree.armature(robot), &position);
-    let diagonal: Vec<f64> = (0..tree.coordinates).map(|k| matrix[k][k]).collect();
-    factorise(&mut Numbers, &mut matrix);
-    let is_singular = |k: &usize| matrix[*k][*k].is_nan() || matrix[*k][*k] <= SINGULAR * diagonal[*k];
-    // In the order of the elimination: later pivots are not numbers behind a pivot of 0.
-    (0..tree.coordinates).rev().find(is_singular)
 }

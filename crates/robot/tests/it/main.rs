@@ -3,6 +3,9 @@
 mod arms;
 mod dynamics;
 mod energy;
+mod golden;
+#[path = "../../../../tests/support/shared_data.rs"]
+mod shared_data;
 mod tree;
 mod urdf;
 
