@@ -38,6 +38,7 @@ pub struct Numbers;
 
 impl Algebra for Numbers {
     type Value = f64;
+    const SKIPS_CONSTANTS: bool = false;
 
     #[inline]
     fn constant(&mut self, value: f64) -> f64 {

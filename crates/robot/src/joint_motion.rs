@@ -116,7 +116,7 @@ impl<'t, V: Copy> JointMotion<'t, V> {
 
     /// Acceleration of the body's origin if the joint stood still, in the body frame.
     ///
-    /// `acceleration` is that of the parent's origin and `gradient` the matrix of [`gradient`] in the parent frame.
+    /// `acceleration` is that of the parent's origin and `gradient` the matrix W of `inverse_dynamics.rs` in the parent frame.
     #[inline(always)]
     pub(crate) fn acceleration_of_origin<A: Algebra<Value = V>>(
         &self,
@@ -160,30 +160,6 @@ impl<'t, V: Copy> JointMotion<'t, V> {
         };
         crate::inertia::moved(a, &turned, &self.body.placement)
     }
-}
-
-/// The matrix W with which a point `p` of a body accelerates by W p more than the body's origin.
-///
-/// W = [alpha]x + [omega]x [omega]x, with the angular velocity omega and the angular acceleration alpha.
-#[inline(always)]
-pub(crate) fn gradient<A: Algebra>(
-    a: &mut A,
-    omega: [A::Value; 3],
-    alpha: [A::Value; 3],
-) -> [[A::Value; 3]; 3] {
-    let [x, y, z] = omega;
-    let [xx, yy, zz] = [a.multiply(x, x), a.multiply(y, y), a.multiply(z, z)];
-    let [xy, xz, yz] = [a.multiply(x, y), a.multiply(x, z), a.multiply(y, z)];
-    let mut diagonal = |p, q| {
-        let sum = a.add(p, q);
-        a.negate(sum)
-    };
-    let [wxx, wyy, wzz] = [diagonal(yy, zz), diagonal(xx, zz), diagonal(xx, yy)];
-    [
-        [wxx, a.subtract(xy, alpha[2]), a.add(xz, alpha[1])],
-        [a.add(xy, alpha[2]), wyy, a.subtract(yz, alpha[0])],
-        [a.subtract(xz, alpha[1]), a.add(yz, alpha[0]), wzz],
-    ]
 }
 
 /// Rotation matrix about an axis, from the cosine and sine of the angle: Rodrigues' formula.

@@ -211,8 +211,7 @@ pub(crate) fn turned_tensor<A: Algebra>(
     let columns = [turn(a, x), turn(a, y), turn(a, z)];
     let [x, y, z] = transposed(&columns);
     let rows = [turn(a, x), turn(a, y), turn(a, z)];
-    // `rows[i]` is column i of the result's transpose, which is the result.
-    SYMMETRIC.map(|[row, column]| rows[row][column])
+    [rows[0][0], rows[0][1], rows[0][2], rows[1][1], rows[1][2], rows[2][2]]
 }
 
 /// Elements that differ from 0, 1 or -1 by less than this are rounding errors of an angle such as pi/2.

@@ -4,6 +4,7 @@ mod arms;
 mod dynamics;
 mod energy;
 mod golden;
+mod length;
 #[path = "../../../../tests/support/shared_data.rs"]
 mod shared_data;
 mod tree;
