@@ -9,7 +9,7 @@ use crate::rotation::{add, apply, compose, dot, rotate_tensor, tensor};
 /// Largest number of links.
 const MAX_LINKS: usize = 2_000;
 /// Largest number of joints between a link and the base.
-const MAX_CHAIN: usize = 500;
+const MAX_CHAIN: usize = 200;
 /// Largest number of elements that are listed as not supported.
 const MAX_UNSUPPORTED: usize = 1_000;
 
@@ -174,8 +174,6 @@ fn check_masses(robot: &Robot) -> Result<(), DescriptionError> {
             format!("link `{}` has the negative mass {} kg", link.name, inertia.mass_kg)
         } else if moving[k] && inertia.mass_kg == 0.0 && inertia.inertia_kg_m2 != [0.0; 6] {
             format!("link `{}` moves and has a moment of inertia, but no mass", link.name)
-        } else if inertia.inertia_kg_m2[..3].iter().any(|moment| *moment < 0.0) {
-            format!("link `{}` has a negative moment of inertia", link.name)
         } else {
             continue;
         };

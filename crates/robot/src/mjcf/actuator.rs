@@ -203,9 +203,11 @@ pub(super) fn read(element: Element, bodies: &mut Bodies) -> Result<(), Descript
     }
     let mut command_range =
         values.command_limited.limit(values.command_range, "ctrlrange", element, bodies.settings)?;
-    if let (true, Drive::Position { .. }, Some([low, high])) =
-        (values.inherited_range > 0.0, drive, bodies.robot.joints[joint].range)
-    {
+    if values.inherited_range > 0.0 && matches!(drive, Drive::Position { .. }) {
+        let Some([low, high]) = bodies.robot.joints[joint].range else {
+            let problem = format!("{} inherits the range of joint `{name}`, which has none", element.title());
+            return Err(element.error(problem, "give the joint a range, or remove inheritrange"));
+        };
         let (middle, half) = ((low + high) / 2.0, (high - low) / 2.0 * values.inherited_range);
         command_range = Some([middle - half, middle + half]);
     }

@@ -78,6 +78,10 @@ impl Bodies<'_> {
             self.names.record(item.element, 0);
             match item.element.tag() {
                 "body" => self.read_body(*item, 0)?,
+                "joint" | "freejoint" | "inertial" => {
+                    let problem = format!("the world has a {}", item.element.title());
+                    return Err(item.element.error(problem, "put it inside a <body>"));
+                }
                 tag => self.list_unsupported(item.element, tag, 0),
             }
         }
@@ -154,6 +158,7 @@ impl Bodies<'_> {
         // Position of the body in the frame of the parent link, whose origin is at the parent's last joint.
         let start = subtract(placement.translation_m, self.robot.links[parent].shift_m);
         for (k, item) in joints.iter().enumerate() {
+            self.check_count(item.element)?;
             let is_last = k + 1 == joints.len();
             let link_name = if is_last { name.to_owned() } else { String::new() };
             let link = self.add_link(link_name, body.line(), is_last.then(|| body.range().start));

@@ -144,6 +144,10 @@ impl GeomValues {
                     );
                     return Err(element.error(problem, "give two different points"));
                 }
+                if self.position != [0.0; 3] {
+                    let problem = format!("{} has both pos and fromto", element.title());
+                    return Err(element.error(problem, "remove pos"));
+                }
                 size[1] = length / 2.0;
                 if matches!(self.shape, Shape::Ellipsoid | Shape::Box) {
                     size = [size[0], size[0], size[1]];

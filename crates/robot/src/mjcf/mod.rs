@@ -106,13 +106,14 @@ fn read_sections(root: Element, bodies: &mut Bodies) -> Result<(), DescriptionEr
     Ok(())
 }
 
-/// Refuses files that consist of several: only MuJoCo finds the others.
+/// Refuses models that consist of several files: only MuJoCo finds the others.
 fn refuse_includes(root: Element) -> Result<(), DescriptionError> {
     let mut pending = vec![root];
     while let Some(element) = pending.pop() {
-        if element.tag() == "include" {
-            let file = element.attribute("file").unwrap_or_default();
-            let problem = format!("the file includes `{file}`, which is not read");
+        if matches!(element.tag(), "include" | "attach") {
+            let other = element.attribute("file").or(element.attribute("model")).unwrap_or_default();
+            let problem =
+                format!("<{}> adds `{other}`, which is another file and is not read", element.tag());
             let remedy = "save the whole model in one file: in Python, mujoco.mj_saveLastXML('whole.xml', \
                           mujoco.MjModel.from_xml_path('robot.xml'))";
             return Err(element.error(problem, remedy));

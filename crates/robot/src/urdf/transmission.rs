@@ -13,8 +13,9 @@ pub(super) fn read(element: Element, robot: &mut Robot) -> Result<(), Descriptio
     for reference in element.children().filter(|child| child.tag() == "joint") {
         let name = reference.required("name")?;
         let Some(joint) = robot.joint(name) else {
-            let problem = format!("{title}: its joint `{name}` does not exist");
-            return Err(reference.error(problem, "correct the name"));
+            let element = format!("{title} of joint `{name}`, which does not exist");
+            robot.unsupported.push(Unsupported { element, line: reference.line(), joints: Vec::new() });
+            return Ok(());
         };
         joints.push((joint, reference));
     }

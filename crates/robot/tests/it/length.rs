@@ -65,22 +65,32 @@ impl Algebra for Count {
 #[test]
 fn leaving_out_constants_changes_no_result() {
     for arm in [general_arm(), elbow_arm(), gripper()] {
-        let joints: Vec<String> =
-            arm.joints.iter().filter(|joint| joint.coupling.is_none()).map(|joint| joint.name.clone()).collect();
+        let joints: Vec<String> = arm
+            .joints
+            .iter()
+            .filter(|joint| joint.coupling.is_none())
+            .map(|joint| joint.name.clone())
+            .collect();
         let tree = Tree::new(&arm, &joints, &BTreeMap::new()).expect("the tree is valid");
         let parameters = tree.body_parameters(&mut Numbers, &tree.link_parameters(&arm));
         let state: Vec<f64> = (0..joints.len()).map(|k| 0.7 - 0.4 * k as f64).collect();
         let (gravity, armature) = ([0.5, -1.0, -9.7], vec![0.2; joints.len()]);
-        let expected = forward_dynamics(
-            &mut Numbers, &tree, &parameters, gravity, &armature, &state, &state, &state,
-        );
+        let expected =
+            forward_dynamics(&mut Numbers, &tree, &parameters, gravity, &armature, &state, &state, &state);
         // Constants take the place of the state, so that the counting arithmetic computes numbers.
         let known = |values: &[f64]| -> Vec<Option<f64>> { values.iter().copied().map(Some).collect() };
         let count = &mut Count::default();
         let parameters = tree.body_parameters(count, &constants(&tree.link_parameters(&arm)));
         let state = known(&state);
         let result = forward_dynamics(
-            count, &tree, &parameters, gravity.map(Some), &known(&armature), &state, &state, &state,
+            count,
+            &tree,
+            &parameters,
+            gravity.map(Some),
+            &known(&armature),
+            &state,
+            &state,
+            &state,
         );
         for (result, expected) in result.iter().zip(&expected) {
             let result = result.expect("a number");
