@@ -89,8 +89,11 @@ fn check_locked(robot: &Robot, named: &[usize], locked: &BTreeMap<String, f64>) 
             return Err(TreeError::LockedNotFinite { joint: name.clone() });
         }
         if let Motion::Moving { coordinate, .. } = motion(robot, index, named, &BTreeMap::new())? {
-            let leader = robot.joints[named[coordinate]].name.clone();
-            return Err(TreeError::LockedMoves { joint: name.clone(), leader });
+            let (joint, leader) = (name.clone(), robot.joints[named[coordinate]].name.clone());
+            return Err(match index == named[coordinate] {
+                true => TreeError::MovingAndLocked { joint },
+                false => TreeError::LockedFollower { joint, leader },
+            });
         }
     }
     Ok(())

@@ -82,12 +82,12 @@ fn names_that_cannot_move_are_refused_with_advice() {
         "joint `wrist` is named twice; name each moving joint once"
     );
     assert!(refusal(&arm, &["wrist"], &[("slidr", 0.0)]).ends_with("did you mean `slider`?"));
-    assert!(refusal(&arm, &["wrist"], &[("wrist", 0.0)]).contains("is locked, but it moves"));
+    assert!(refusal(&arm, &["wrist"], &[("wrist", 0.0)]).contains("joint `wrist` is both moving and locked"));
     assert!(refusal(&arm, &["wrist"], &[("slider", f64::NAN)]).contains("not a finite number"));
     arm.joints[1].kind = JointKind::Fixed;
     assert_eq!(
         refusal(&arm, &["slider"], &[]),
-        "joint `slider` (arm.urdf, line 12) is fixed and cannot move; remove it from the joints"
+        "joint `slider` (arm.urdf, line 12) is fixed and cannot move; remove its name"
     );
     assert_eq!(
         refusal(&gripper(), &["right_finger"], &[]),
@@ -96,7 +96,7 @@ fn names_that_cannot_move_are_refused_with_advice() {
     );
     let moving = refusal(&gripper(), &["left_finger"], &[("tip_joint", 0.0)]);
     assert!(
-        moving.contains("joint `tip_joint` is locked, but it moves as or with joint `left_finger`"),
+        moving.contains("joint `tip_joint` is locked, but it moves with joint `left_finger`"),
         "{moving}"
     );
 }
