@@ -25,7 +25,7 @@ use crate::algebra::Algebra;
 use crate::inertia::split;
 use crate::joint_motion::JointMotion;
 use crate::tree::{Body, Tree};
-use crate::vectors::{SYMMETRIC, Vectors};
+use crate::vectors::{SYMMETRIC, Vectors, symmetric_rows, transposed};
 
 /// Torques and their derivatives; matrices are by rows: element `row * coordinates + column`, a row for each torque.
 #[derive(Debug, Clone, PartialEq)]
@@ -131,7 +131,7 @@ struct Matter<V> {
 fn base<A: Algebra>(a: &mut A, gravity: [A::Value; 3]) -> State<A::Value> {
     let (zero, one) = (a.constant(0.0), a.constant(1.0));
     let (none, still) = ([zero; 3], [[zero; 3]; 2]);
-    let upwards = gravity.map(|g| a.negate(g));
+    let upwards = a.negate3(gravity);
     let rotation = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
     let acceleration = [none, upwards];
     State {
@@ -157,11 +157,13 @@ fn frame<A: Algebra>(
     parent: &Frame<A::Value>,
 ) -> Frame<A::Value> {
     // Each row of the rotation is an axis of the base, seen from the body.
-    let rotation = parent.rotation.map(|row| joint.direction_in_body(a, row));
-    let arm = parent.rotation.map(|row| a.dot_constant(body.placement.translation_m, row));
+    let [x, y, z] = parent.rotation;
+    let rotation =
+        [joint.direction_in_body(a, x), joint.direction_in_body(a, y), joint.direction_in_body(a, z)];
+    let arm = a.apply_to_constant(&parent.rotation, body.placement.translation_m);
     let mut origin = a.add3(parent.origin, arm);
     if let Some(distance) = joint.distance() {
-        let axis = rotation.map(|row| a.dot_constant(body.axis, row));
+        let axis = a.apply_to_constant(&rotation, body.axis);
         let along = a.scale3(distance, axis);
         origin = a.add3(origin, along);
     }
@@ -177,7 +179,7 @@ fn motion<A: Algebra>(
     parent: &Motion<A::Value>,
     [rate, change]: [A::Value; 2],
 ) -> Motion<A::Value> {
-    let direction = frame.rotation.map(|row| a.dot_constant(body.axis, row));
+    let direction = a.apply_to_constant(&frame.rotation, body.axis);
     let axis = if body.is_prismatic {
         [a.zero3(), direction]
     } else {
@@ -227,24 +229,23 @@ fn matter<A: Algebra>(
 ) -> Matter<A::Value> {
     let (mass, moment, tensor) = split(parameters);
     // The integral of r r^T dm is half the trace of the inertia tensor less the tensor.
-    let trace = [tensor[0], tensor[3], tensor[5]];
-    let sum = a.combine([(0.5, trace[0]), (0.5, trace[1]), (0.5, trace[2])]);
-    let local = SYMMETRIC.map(|[i, j]| {
-        let element = tensor[crate::vectors::STORED[i][j]];
-        if i == j { a.subtract(sum, element) } else { a.negate(element) }
-    });
-    let rows = frame.rotation.map(|row| a.apply_symmetric(&local, row));
+    let [xx, xy, xz, yy, yz, zz] = tensor;
+    let half_trace = a.combine([(0.5, xx), (0.5, yy), (0.5, zz)]);
+    let diagonal = a.subtract3([half_trace; 3], [xx, yy, zz]);
+    let products = a.negate3([xy, xz, yz]);
+    let local = [diagonal[0], products[0], products[1], diagonal[1], products[2], diagonal[2]];
+    let [x, y, z] = frame.rotation;
+    let rows = [a.apply_symmetric(&local, x), a.apply_symmetric(&local, y), a.apply_symmetric(&local, z)];
     let turned = a.apply(&frame.rotation, moment);
     let shift = a.scale3(mass, frame.origin);
     let moment = a.add3(turned, shift);
     // With moment h = turned + m p: p turned^T + turned p^T + m p p^T = p h^T + turned p^T.
-    let second_moment = SYMMETRIC.map(|[i, j]| {
+    let mut second_moment = tensor;
+    for (value, [i, j]) in second_moment.iter_mut().zip(SYMMETRIC) {
         let centred = a.dot(rows[i], frame.rotation[j]);
-        let first = a.multiply(frame.origin[i], moment[j]);
-        let second = a.multiply(turned[i], frame.origin[j]);
-        let sum = a.add(centred, first);
-        a.add(sum, second)
-    });
+        let shift = a.sum_of_products([frame.origin[i], moment[j]], [turned[i], frame.origin[j]]);
+        *value = a.add(centred, shift);
+    }
     let [omega, velocity] = motion.velocity;
     let (coriolis, momentum) = coriolis(a, (mass, moment, &second_moment), omega, velocity);
     let mut matter = Matter { mass, moment, second_moment, coriolis, momentum, wrench: [moment, moment] };
@@ -264,18 +265,18 @@ fn coriolis<A: Algebra>(
     velocity: [A::Value; 3],
 ) -> ([[A::Value; 3]; 3], [A::Value; 3]) {
     // r' = velocity + omega x r, hence N = velocity h^T + [omega]x (second moment); the trace of the last product is 0.
-    let turned = crate::vectors::STORED.map(|column| a.cross(omega, column.map(|k| second_moment[k])));
-    let products = [0, 1, 2].map(|row| [0, 1, 2].map(|column| a.multiply(velocity[row], moment[column])));
-    let sums = [(1, 2), (0, 2), (0, 1)].map(|(i, j)| a.add(products[i][i], products[j][j]));
-    let operator = [0, 1, 2].map(|row| {
-        [0, 1, 2].map(|column| {
-            if row == column {
-                return a.subtract(sums[row], turned[column][row]);
-            }
-            let element = a.add(products[row][column], turned[column][row]);
-            a.negate(element)
-        })
-    });
+    let [x, y, z] = symmetric_rows(second_moment);
+    let [x, y, z] = transposed(&[a.cross(omega, x), a.cross(omega, y), a.cross(omega, z)]);
+    let products =
+        [a.scale3(velocity[0], moment), a.scale3(velocity[1], moment), a.scale3(velocity[2], moment)];
+    let [nx, ny, nz] = [a.add3(x, products[0]), a.add3(y, products[1]), a.add3(z, products[2])];
+    let [xx, yy, zz] = [products[0][0], products[1][1], products[2][2]];
+    let trace = a.add(xx, yy);
+    let trace = a.add(trace, zz);
+    let mut operator = [a.negate3(nx), a.negate3(ny), a.negate3(nz)];
+    for (k, row) in operator.iter_mut().enumerate() {
+        row[k] = a.add(row[k], trace);
+    }
     let lever = a.cross(omega, moment);
     let shift = a.scale3(mass, velocity);
     (operator, a.add3(shift, lever))
@@ -310,11 +311,8 @@ impl<V: Copy> Matter<V> {
         let lever = a.cross(self.moment, *speed);
         let force = a.scale3(self.mass, *speed);
         let swing = a.cross(*turn, self.moment);
-        let moment = [0, 1, 2].map(|k| {
-            let difference = a.subtract(along[k], across[k]);
-            a.add(difference, lever[k])
-        });
-        [moment, a.add3(force, swing)]
+        let turning = a.subtract3(along, across);
+        [a.add3(turning, lever), a.add3(force, swing)]
     }
 
     /// Half the product B x with a motion of this angular velocity.
@@ -326,7 +324,7 @@ impl<V: Copy> Matter<V> {
     /// Half the product B^T x with a motion; its linear part is 0.
     #[inline(always)]
     fn half_coriolis_transposed<A: Algebra<Value = V>>(&self, a: &mut A, [turn, speed]: &Pair<V>) -> [V; 3] {
-        let angular = a.apply(&crate::vectors::transposed(&self.coriolis), *turn);
+        let angular = a.apply(&transposed(&self.coriolis), *turn);
         let lever = a.cross(self.momentum, *speed);
         a.add3(angular, lever)
     }
@@ -335,7 +333,8 @@ impl<V: Copy> Matter<V> {
 /// The sum `2 x + y`.
 #[inline(always)]
 fn twice_plus<A: Algebra>(a: &mut A, x: [A::Value; 3], y: [A::Value; 3]) -> [A::Value; 3] {
-    [0, 1, 2].map(|k| a.combine([(1.0, y[k]), (2.0, x[k])]))
+    let doubled = a.add3(x, x);
+    a.add3(doubled, y)
 }
 
 /// The scalar product of a motion and a wrench.
@@ -404,16 +403,12 @@ impl<V: Copy> Products<V> {
         let bent = [a.add3(first, second), a.cross(turn, force)];
         let changed = matter.times_inertia(a, &own.axis_change);
         let swung = matter.times_half_coriolis(a, own.axis_rate[0]);
-        let by_position = [0, 1].map(|part| {
-            let sum = twice_plus(a, swung[part], changed[part]);
-            a.add3(sum, bent[part])
-        });
+        let [turning, force] = [twice_plus(a, swung[0], changed[0]), twice_plus(a, swung[1], changed[1])];
+        let by_position = [a.add3(turning, bent[0]), a.add3(force, bent[1])];
         let carried = matter.times_inertia(a, &own.axis_rate);
         let swung = matter.times_half_coriolis(a, turn);
-        let by_speed = [0, 1].map(|part| {
-            let half = a.add3(swung[part], carried[part]);
-            a.add3(half, half)
-        });
+        let [turning, force] = [a.add3(swung[0], carried[0]), a.add3(swung[1], carried[1])];
+        let by_speed = [a.add3(turning, turning), a.add3(force, force)];
         Products { coriolis, inertia, by_position, by_speed }
     }
 
@@ -430,7 +425,8 @@ impl<V: Copy> Products<V> {
         let position_row = a.add(swung, carried);
         let swung = a.dot(self.coriolis, other.axis[0]);
         let carried = power(a, &self.inertia, &other.axis_rate);
-        let speed_row = a.combine([(1.0, swung), (2.0, carried)]);
+        let carried = a.add(carried, carried);
+        let speed_row = a.add(swung, carried);
         let acceleration = power(a, &self.inertia, &other.axis);
         let columns = is_before
             .then(|| [power(a, &other.axis, &self.by_position), power(a, &other.axis, &self.by_speed)]);

@@ -1,6 +1,6 @@
 //! Joint accelerations from positions, speeds and torques: M(q) acceleration = torque - bias(q, speed).
 //!
-//! The bias is the torque of a motion without acceleration ([`inverse_dynamics`]), the mass matrix M comes from the
+//! The bias is the torque of a motion without acceleration (`inverse_dynamics.rs`), the mass matrix M comes from the
 //! composite-rigid-body algorithm (Featherstone, *Rigid Body Dynamics Algorithms*, 2008, Table 6.2), and the equations are
 //! solved by its factors L^T D L (Table 6.3).
 //!
@@ -10,14 +10,14 @@
 
 use crate::algebra::Algebra;
 use crate::inertia::{added, split};
-use crate::inverse_dynamics::inverse_dynamics;
+use crate::inverse_dynamics::{joint_motions, torques};
 use crate::joint_motion::JointMotion;
 use crate::tree::{Body, Tree};
-use crate::vectors::Vectors;
+use crate::vectors::{Vectors, symmetric_rows};
 
 /// Accelerations of the coordinates (rad/s2 or m/s2) under torques or forces (N m or N), without friction.
 ///
-/// `parameters` and `gravity` are those of [`inverse_dynamics`]; `armature` ([`Tree::armature`]), `position`, `speed` and
+/// `parameters` and `gravity` are those of [`crate::inverse_dynamics`]; `armature` ([`Tree::armature`]), `position`, `speed` and
 /// `torque` are by coordinate. Where the mass matrix is singular the values are not finite.
 #[expect(
     clippy::too_many_arguments,
@@ -34,9 +34,10 @@ pub fn forward_dynamics<A: Algebra>(
     torque: &[A::Value],
 ) -> Vec<A::Value> {
     let still = vec![a.constant(0.0); tree.coordinates];
-    let bias = inverse_dynamics(a, tree, parameters, gravity, position, speed, &still);
+    let joints = joint_motions(a, tree, position);
+    let bias = torques(a, tree, &joints, parameters, gravity, speed, &still);
     let mut acceleration: Vec<_> = torque.iter().zip(&bias).map(|(&t, &b)| a.subtract(t, b)).collect();
-    let mut matrix = mass_matrix(a, tree, parameters, armature, position);
+    let mut matrix = composite_inertias(a, tree, &joints, parameters, armature);
     let reciprocals = factorise(a, &mut matrix);
     solve(a, &matrix, &reciprocals, &mut acceleration);
     acceleration
@@ -44,7 +45,7 @@ pub fn forward_dynamics<A: Algebra>(
 
 /// Mass matrix of the coordinates with the armatures on its diagonal, `[row][column]`, kg m2, kg m or kg.
 ///
-/// Derivative of the torques of [`inverse_dynamics`] with respect to the accelerations, plus `armature` by coordinate.
+/// Derivative of the torques of [`crate::inverse_dynamics`] with respect to the accelerations, plus `armature` by coordinate.
 pub fn mass_matrix<A: Algebra>(
     a: &mut A,
     tree: &Tree,
@@ -52,7 +53,18 @@ pub fn mass_matrix<A: Algebra>(
     armature: &[A::Value],
     position: &[A::Value],
 ) -> Vec<Vec<A::Value>> {
-    let joints: Vec<_> = tree.bodies.iter().map(|body| JointMotion::new(a, body, position)).collect();
+    let joints = joint_motions(a, tree, position);
+    composite_inertias(a, tree, &joints, parameters, armature)
+}
+
+/// The mass matrix of [`mass_matrix`], from the changes of frame: the composite-rigid-body algorithm.
+fn composite_inertias<A: Algebra>(
+    a: &mut A,
+    tree: &Tree,
+    joints: &[JointMotion<'_, A::Value>],
+    parameters: &[[A::Value; 10]],
+    armature: &[A::Value],
+) -> Vec<Vec<A::Value>> {
     let mut composite = parameters.to_vec();
     let mut matrix = vec![vec![a.constant(0.0); tree.coordinates]; tree.coordinates];
     for (k, &armature) in armature.iter().enumerate() {
@@ -64,7 +76,7 @@ pub fn mass_matrix<A: Algebra>(
             let behind = joints[index].parameters_into_parent(a, &composite[index]);
             composite[parent] = added(a, &composite[parent], &behind);
         }
-        add_column(a, tree, &joints, index, &composite[index], &mut matrix);
+        add_column(a, tree, joints, index, &composite[index], &mut matrix);
     }
     matrix
 }
@@ -108,8 +120,8 @@ fn unit_wrench<A: Algebra>(a: &mut A, body: &Body, composite: &[A::Value; 10]) -
         let force = a.add_along(zero, body.axis, mass);
         return [a.cross_constant(body.axis.map(|x| -x), moment), force];
     }
-    let rows = crate::vectors::STORED.map(|row| row.map(|k| tensor[k]));
-    [rows.map(|row| a.dot_constant(body.axis, row)), a.cross_constant(body.axis, moment)]
+    let turning = a.apply_to_constant(&symmetric_rows(&tensor), body.axis);
+    [turning, a.cross_constant(body.axis, moment)]
 }
 
 /// Replaces a symmetric matrix by its factors: L below the diagonal, D on it, matrix = L^T D L; returns 1/D.

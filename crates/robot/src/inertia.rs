@@ -147,7 +147,7 @@ mod tests {
 
     use super::*;
     use crate::algebra::Numbers;
-    use crate::vectors::rotation_about;
+    use crate::rotation::about_axis;
 
     fn example() -> Inertia {
         Inertia {
@@ -188,7 +188,7 @@ mod tests {
     #[test]
     fn moved_parameters_are_those_of_the_moved_points() {
         let points = [(1.0, [0.3, 0.1, -0.2]), (0.7, [-0.4, 0.5, 0.6]), (2.0, [0.0, -0.3, 0.1])];
-        let rotation = rotation_about([0.6, 0.0, 0.8], 0.7);
+        let rotation = about_axis([0.6, 0.0, 0.8], 0.7);
         let placement = Placement { rotation, translation_m: [0.2, -0.5, 1.1] };
         let place = |point: [f64; 3]| {
             let turned = Numbers.apply_constant(&placement.rotation, point);

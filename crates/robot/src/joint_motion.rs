@@ -49,8 +49,8 @@ impl<'t, V: Copy> JointMotion<'t, V> {
             Moved::AboutFrameAxis { axis, cos, sin } => {
                 let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
                 let mut turned = x;
-                turned[i] = sum_of_products(a, *cos, x[i], *sin, x[j]);
-                turned[j] = difference_of_products(a, *cos, x[j], *sin, x[i]);
+                turned[i] = a.sum_of_products([*cos, x[i]], [*sin, x[j]]);
+                turned[j] = a.difference_of_products([*cos, x[j]], [*sin, x[i]]);
                 turned
             }
             Moved::About(rotation) => a.apply(&transposed(rotation), x),
@@ -65,8 +65,8 @@ impl<'t, V: Copy> JointMotion<'t, V> {
             Moved::AboutFrameAxis { axis, cos, sin } => {
                 let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
                 let mut turned = x;
-                turned[i] = difference_of_products(a, *cos, x[i], *sin, x[j]);
-                turned[j] = sum_of_products(a, *sin, x[i], *cos, x[j]);
+                turned[i] = a.difference_of_products([*cos, x[i]], [*sin, x[j]]);
+                turned[j] = a.sum_of_products([*sin, x[i]], [*cos, x[j]]);
                 turned
             }
             Moved::About(rotation) => a.apply(rotation, x),
@@ -116,7 +116,7 @@ impl<'t, V: Copy> JointMotion<'t, V> {
 
     /// Acceleration of the body's origin if the joint stood still, in the body frame.
     ///
-    /// `acceleration` is that of the parent's origin and `gradient` the matrix of [`gradient`] in the parent frame.
+    /// `acceleration` is that of the parent's origin and `gradient` the matrix W of `inverse_dynamics.rs` in the parent frame.
     #[inline(always)]
     pub(crate) fn acceleration_of_origin<A: Algebra<Value = V>>(
         &self,
@@ -125,11 +125,8 @@ impl<'t, V: Copy> JointMotion<'t, V> {
         gradient: &[[V; 3]; 3],
     ) -> [V; 3] {
         let p = self.body.placement.translation_m;
-        let mut at_reference = acceleration;
-        for (value, row) in at_reference.iter_mut().zip(gradient) {
-            let difference = [(1.0, *value), (p[0], row[0]), (p[1], row[1]), (p[2], row[2])];
-            *value = a.combine(difference);
-        }
+        let difference = a.apply_to_constant(gradient, p);
+        let at_reference = a.add3(acceleration, difference);
         self.direction_in_body(a, at_reference)
     }
 
@@ -165,62 +162,12 @@ impl<'t, V: Copy> JointMotion<'t, V> {
     }
 }
 
-/// The matrix W with which a point `p` of a body accelerates by W p more than the body's origin.
-///
-/// W = [alpha]x + [omega]x [omega]x, with the angular velocity omega and the angular acceleration alpha.
-#[inline(always)]
-pub(crate) fn gradient<A: Algebra>(
-    a: &mut A,
-    omega: [A::Value; 3],
-    alpha: [A::Value; 3],
-) -> [[A::Value; 3]; 3] {
-    let [x, y, z] = omega;
-    let [xx, yy, zz] = [a.multiply(x, x), a.multiply(y, y), a.multiply(z, z)];
-    let [xy, xz, yz] = [a.multiply(x, y), a.multiply(x, z), a.multiply(y, z)];
-    let mut diagonal = |p, q| {
-        let sum = a.add(p, q);
-        a.negate(sum)
-    };
-    let [wxx, wyy, wzz] = [diagonal(yy, zz), diagonal(xx, zz), diagonal(xx, yy)];
-    [
-        [wxx, a.subtract(xy, alpha[2]), a.add(xz, alpha[1])],
-        [a.add(xy, alpha[2]), wyy, a.subtract(yz, alpha[0])],
-        [a.subtract(xz, alpha[1]), a.add(yz, alpha[0]), wzz],
-    ]
-}
-
 /// Rotation matrix about an axis, from the cosine and sine of the angle: Rodrigues' formula.
 fn rotation<A: Algebra>(a: &mut A, axis: [f64; 3], cos: A::Value, sin: A::Value) -> [[A::Value; 3]; 3] {
     let [along, across, skew] = rotation_terms(axis);
     let one = a.constant(1.0);
     [0, 1, 2]
         .map(|i| [0, 1, 2].map(|j| a.combine([(along[i][j], one), (across[i][j], cos), (skew[i][j], sin)])))
-}
-
-/// The sum `a * x + b * y`.
-#[inline(always)]
-fn sum_of_products<A: Algebra>(
-    algebra: &mut A,
-    a: A::Value,
-    x: A::Value,
-    b: A::Value,
-    y: A::Value,
-) -> A::Value {
-    let (first, second) = (algebra.multiply(a, x), algebra.multiply(b, y));
-    algebra.add(first, second)
-}
-
-/// The difference `a * x - b * y`.
-#[inline(always)]
-fn difference_of_products<A: Algebra>(
-    algebra: &mut A,
-    a: A::Value,
-    x: A::Value,
-    b: A::Value,
-    y: A::Value,
-) -> A::Value {
-    let (first, second) = (algebra.multiply(a, x), algebra.multiply(b, y));
-    algebra.subtract(first, second)
 }
 
 /// Symmetric tensor after a rotation about a coordinate axis.
@@ -238,15 +185,15 @@ fn turned_about_axis<A: Algebra>(
     let (excess, product) = (a.subtract(tensor[ii], tensor[jj]), tensor[ij]);
     // ii' = ii - (ii - jj) sin^2 - 2 ij sin cos, and the trace stays.
     let doubled = a.add(product, product);
-    let change = sum_of_products(a, sin_sin, excess, sin_cos, doubled);
+    let change = a.sum_of_products([sin_sin, excess], [sin_cos, doubled]);
     let mut turned = *tensor;
     turned[ii] = a.subtract(tensor[ii], change);
     turned[jj] = a.add(tensor[jj], change);
     // ij' = ij + (ii - jj) sin cos - 2 ij sin^2
-    let change = difference_of_products(a, sin_cos, excess, sin_sin, doubled);
+    let change = a.difference_of_products([sin_cos, excess], [sin_sin, doubled]);
     turned[ij] = a.add(product, change);
-    turned[ik] = difference_of_products(a, cos, tensor[ik], sin, tensor[jk]);
-    turned[jk] = sum_of_products(a, sin, tensor[ik], cos, tensor[jk]);
+    turned[ik] = a.difference_of_products([cos, tensor[ik]], [sin, tensor[jk]]);
+    turned[jk] = a.sum_of_products([sin, tensor[ik]], [cos, tensor[jk]]);
     turned
 }
 

@@ -10,10 +10,9 @@
 //! Reference: Atkeson, An and Hollerbach, *Estimation of inertial parameters of manipulator loads and links*, 1986.
 
 use crate::algebra::Algebra;
-use crate::inverse_dynamics::{BodyMotion, body_motions};
-use crate::joint_motion::JointMotion;
+use crate::inverse_dynamics::{BodyMotion, body_motions, joint_motions};
 use crate::tree::{Body, Tree};
-use crate::vectors::{SYMMETRIC, Vectors};
+use crate::vectors::Vectors;
 
 /// Derivatives of the torques of the inverse dynamics with respect to the parameters: `[coordinate][10 * body + k]`.
 ///
@@ -27,7 +26,7 @@ pub fn regressor<A: Algebra>(
     speed: &[A::Value],
     acceleration: &[A::Value],
 ) -> Vec<Vec<A::Value>> {
-    let joints: Vec<_> = tree.bodies.iter().map(|body| JointMotion::new(a, body, position)).collect();
+    let joints = joint_motions(a, tree, position);
     let motions = body_motions(a, tree, &joints, gravity, speed, acceleration);
     let zero = a.constant(0.0);
     let mut matrix = vec![vec![zero; 10 * tree.bodies.len()]; tree.coordinates];
@@ -37,7 +36,8 @@ pub fn regressor<A: Algebra>(
         let parents = body.parent.map_or(&[][..], |parent| &unit_motions[parent]);
         let mut moving: Vec<_> =
             parents.iter().map(|&(joint, motion)| (joint, joints[index].carried(a, motion))).collect();
-        let (axis, still) = (body.axis.map(|x| a.constant(x)), a.zero3());
+        let [x, y, z] = body.axis;
+        let (axis, still) = ([a.constant(x), a.constant(y), a.constant(z)], a.zero3());
         moving.push((index, if body.is_prismatic { [still, axis] } else { [axis, still] }));
         let wrenches = unit_wrenches(a, &motions[index]);
         for &(joint, motion) in &moving {
@@ -69,6 +69,7 @@ enum Wrench<V> {
 
 impl<V: Copy> Wrench<V> {
     /// Power of the wrench in a motion (angular, of the origin).
+    #[inline(always)]
     fn times<A: Algebra<Value = V>>(&self, a: &mut A, [turn, speed]: [[V; 3]; 2]) -> V {
         match *self {
             Wrench::Force(force) => a.dot(force, speed),
@@ -82,23 +83,29 @@ impl<V: Copy> Wrench<V> {
 }
 
 /// Wrenches that the motion of a body needs, per unit of each of its ten parameters.
+#[inline(always)]
 fn unit_wrenches<A: Algebra>(a: &mut A, motion: &BodyMotion<A::Value>) -> [Wrench<A::Value>; 10] {
-    let unit = |k: usize| [0, 1, 2].map(|row| f64::from(u8::from(row == k)));
-    let of_mass = Wrench::Force(motion.acceleration);
-    let of_moment = [0, 1, 2].map(|k| {
-        let force = motion.gradient.map(|row| row[k]);
-        Wrench::Both(a.cross_constant(unit(k), motion.acceleration), force)
-    });
-    let of_tensor = SYMMETRIC.map(|[i, j]| {
-        let symmetric = |a: &mut A, x: [A::Value; 3]| {
-            let product = a.zero3();
-            let product = a.add_along(product, unit(i), x[j]);
-            if i == j { product } else { a.add_along(product, unit(j), x[i]) }
-        };
-        let (turning, spin) = (symmetric(a, motion.alpha), symmetric(a, motion.omega));
-        let gyroscopic = a.cross(motion.omega, spin);
-        Wrench::Moment(a.add3(turning, gyroscopic))
-    });
-    let ([x, y, z], [xx, xy, xz, yy, yz, zz]) = (of_moment, of_tensor);
-    [of_mass, x, y, z, xx, xy, xz, yy, yz, zz]
+    let BodyMotion { alpha, acceleration, gradient: [wx, wy, wz], products: [xy, xz, yz], .. } = *motion;
+    let [along_x, along_y, along_z] = [
+        a.cross_constant([1.0, 0.0, 0.0], acceleration),
+        a.cross_constant([0.0, 1.0, 0.0], acceleration),
+        a.cross_constant([0.0, 0.0, 1.0], acceleration),
+    ];
+    // E alpha + omega x E omega, written out with the elements of W.
+    let [minus_xy, minus_xz, minus_yz] = a.negate3([xy, xz, yz]);
+    let [minus_wxy, minus_wyz, minus_wzx] = a.negate3([wx[1], wy[2], wz[0]]);
+    let [about_x, about_y, about_z] =
+        [a.subtract(wy[1], wz[2]), a.subtract(wz[2], wx[0]), a.subtract(wx[0], wy[1])];
+    [
+        Wrench::Force(acceleration),
+        Wrench::Both(along_x, [wx[0], wy[0], wz[0]]),
+        Wrench::Both(along_y, [wx[1], wy[1], wz[1]]),
+        Wrench::Both(along_z, [wx[2], wy[2], wz[2]]),
+        Wrench::Moment([alpha[0], xz, minus_xy]),
+        Wrench::Moment([minus_wzx, wz[1], about_z]),
+        Wrench::Moment([wy[0], about_y, minus_wyz]),
+        Wrench::Moment([minus_yz, alpha[1], xy]),
+        Wrench::Moment([about_x, minus_wxy, wx[2]]),
+        Wrench::Moment([yz, minus_xz, alpha[2]]),
+    ]
 }

@@ -2,6 +2,7 @@
 
 mod build;
 mod error;
+mod singular;
 
 use crate::description::{Placement, Robot};
 

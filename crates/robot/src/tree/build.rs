@@ -3,11 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::{Attached, Body, Tree, TreeError};
-use crate::algebra::Numbers;
 use crate::description::{Joint, JointKind, Placement, Robot};
-use crate::forward_dynamics::{factorise, mass_matrix};
 use crate::names::suggestion;
-use crate::vectors::{composed, rotation_about, rounded};
+use crate::rotation::about_axis;
+use crate::vectors::{composed, rounded};
 
 /// What a joint of the description does in the tree.
 enum Motion {
@@ -27,6 +26,7 @@ impl Tree {
     /// # Errors
     /// If a name is unknown, stated twice, or that of a fixed or coupled joint; if an unsupported element acts on a moving
     /// joint; or if the joints form a loop.
+    /// joint; or if the joints form a loop. See [`Tree::check_inertia`] for links without inertia.
     pub fn new(robot: &Robot, joints: &[String], locked: &BTreeMap<String, f64>) -> Result<Tree, TreeError> {
         let named = named_joints(robot, joints)?;
         check_locked(robot, &named, locked)?;
@@ -98,8 +98,11 @@ fn check_locked(robot: &Robot, named: &[usize], locked: &BTreeMap<String, f64>) 
             return Err(TreeError::LockedNotFinite { joint: name.clone() });
         }
         if let Motion::Moving { coordinate, .. } = motion(robot, index, named, &BTreeMap::new())? {
-            let leader = robot.joints[named[coordinate]].name.clone();
-            return Err(TreeError::LockedMoves { joint: name.clone(), leader });
+            let (joint, leader) = (name.clone(), robot.joints[named[coordinate]].name.clone());
+            return Err(match index == named[coordinate] {
+                true => TreeError::MovingAndLocked { joint },
+                false => TreeError::LockedFollower { joint, leader },
+            });
         }
     }
     Ok(())
@@ -236,40 +239,10 @@ fn displaced(joint: &Joint, displacement: f64) -> Placement {
     match joint.kind {
         JointKind::Fixed => Placement::IDENTITY,
         JointKind::Revolute => {
-            Placement { rotation: rotation_about(joint.axis, displacement), ..Placement::IDENTITY }
+            Placement { rotation: about_axis(joint.axis, displacement), ..Placement::IDENTITY }
         }
         JointKind::Prismatic => {
             Placement { translation_m: joint.axis.map(|x| displacement * x), ..Placement::IDENTITY }
         }
     }
-}
-
-/// Pivots below this share of the mass matrix's diagonal are zero within rounding.
-const SINGULAR: f64 = 1e-12;
-
-/// Refuses a tree whose mass matrix is singular.
-///
-/// A massless body is allowed where a later body or an armature gives its joint inertia.
-fn check_inertia(robot: &Robot, tree: &Tree, named: &[usize]) -> Result<(), TreeError> {
-    // At arbitrary positions, since a mass matrix may be singular at special ones only, such as where two axes of a massless
-    // wrist are in line.
-    let singular = singular_coordinate(robot, tree, 0.3).and_then(|_| singular_coordinate(robot, tree, 1.1));
-    let Some(coordinate) = singular else {
-        return Ok(());
-    };
-    let joint = &robot.joints[named[coordinate]];
-    Err(TreeError::NoInertia { file: robot.file.clone(), joint: joint.name.clone(), line: joint.line })
-}
-
-/// A coordinate whose inertia, with all later coordinates free to move, is not positive at a position.
-fn singular_coordinate(robot: &Robot, tree: &Tree, first_position: f64) -> Option<usize> {
-    let links = tree.link_parameters(robot);
-    let parameters = tree.body_parameters(&mut Numbers, &links);
-    let position: Vec<f64> = (0..tree.coordinates).map(|k| first_position + 0.7 * k as f64).collect();
-    let mut matrix = mass_matrix(&mut Numbers, tree, &parameters, &tree.armature(robot), &position);
-    let diagonal: Vec<f64> = (0..tree.coordinates).map(|k| matrix[k][k]).collect();
-    factorise(&mut Numbers, &mut matrix);
-    let is_singular = |k: &usize| matrix[*k][*k].is_nan() || matrix[*k][*k] <= SINGULAR * diagonal[*k];
-    // In the order of the elimination: later pivots are not numbers behind a pivot of 0.
-    (0..tree.coordinates).rev().find(is_singular)
 }

@@ -20,7 +20,7 @@ pub enum TreeError {
         joint: String,
     },
     /// A fixed joint is named as a moving or as a locked one.
-    #[error("joint `{joint}` ({file}, line {line}) is fixed and cannot move; remove it from the joints")]
+    #[error("joint `{joint}` ({file}, line {line}) is fixed and cannot move; remove its name")]
     Fixed {
         /// Name of the description file.
         file: String,
@@ -44,10 +44,16 @@ pub enum TreeError {
         leader: String,
     },
     /// A joint is both moving and locked.
+    #[error("joint `{joint}` is both moving and locked; remove it from one of the two")]
+    MovingAndLocked {
+        /// Name of the joint.
+        joint: String,
+    },
+    /// A joint that follows a moving joint is locked.
     #[error(
-        "joint `{joint}` is locked, but it moves as or with joint `{leader}`; remove one of the two names"
+        "joint `{joint}` is locked, but it moves with joint `{leader}`; unlock it, or lock `{leader}` too"
     )]
-    LockedMoves {
+    LockedFollower {
         /// Name of the locked joint.
         joint: String,
         /// Name of the moving joint.

@@ -5,9 +5,17 @@ mod dynamics;
 mod energy;
 mod tree;
 use augsim_robot::description::Inertia;
+//! Tests of the crate's public interface.
 mod conversion;
+mod dynamics;
+mod energy;
+mod golden;
+mod length;
 mod mjcf;
 mod mutation;
+#[path = "../../../../tests/support/shared_data.rs"]
+mod shared_data;
+mod tree;
 mod urdf;
 mod write_back;
 
