@@ -2,8 +2,11 @@
 
 mod algebra;
 pub mod base_parameters;
+pub mod consistency;
 pub mod description;
 pub mod signals;
+#[cfg(test)]
+mod test_random;
 pub mod tree;
 pub mod triangular_factor;
 

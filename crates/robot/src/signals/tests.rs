@@ -4,27 +4,9 @@
 //! The motion is a sum of sines (Swevers 1997); the best cutoff is found by a scan with the true acceleration.
 use super::filter::{LowPass, decimation, highest_cutoff, second_difference, transient_s};
 use super::*;
+use crate::test_random::Random;
 use approx::assert_relative_eq;
 use std::f64::consts::PI;
-
-/// Uniform numbers in 0..1 (SplitMix64; Steele, Lea and Flood 2014).
-struct Random(u64);
-
-impl Random {
-    fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    /// Standard normal number (Box and Muller 1958).
-    fn normal(&mut self) -> f64 {
-        let (radius, angle) = ((-2.0 * (1.0 - self.uniform()).ln()).sqrt(), 2.0 * PI * self.uniform());
-        radius * angle.cos()
-    }
-}
 
 /// Sum of sines: harmonics of 0.1 Hz with amplitudes that fall with the square of the frequency.
 struct Motion(Vec<(f64, f64, f64)>);
