@@ -4,6 +4,7 @@ mod algebra;
 pub mod base_parameters;
 pub mod consistency;
 pub mod description;
+pub mod least_squares;
 pub mod signals;
 #[cfg(test)]
 mod test_random;
