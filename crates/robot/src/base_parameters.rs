@@ -1,8 +1,9 @@
 //! Combinations of inertial parameters that joint torques identify: the base parameters.
 //!
-//! The torques are linear in the parameters: torque = regressor * parameters. Columns of the regressor that are linear combinations
-//! of others belong to parameters whose effect cannot be separated from that of the others: of the independent columns, only
-//! combinations of parameters are identifiable (Gautier, "Numerical calculation of the base inertial parameters of robots", ICRA 1990).
+//! The torques are linear in the parameters: torque = regressor * parameters. Columns of the regressor that are linear
+//! combinations of others belong to parameters whose effect cannot be separated from that of the others: of the independent
+//! columns, only combinations of parameters are identifiable (Gautier, "Numerical calculation of the base inertial parameters
+//! of robots", ICRA 1990).
 
 use crate::triangular_factor::TriangularFactor;
 
@@ -11,21 +12,23 @@ use crate::triangular_factor::TriangularFactor;
 /// Sums of about a hundred products have a relative error of 1e-14; the square root of the precision is far above that.
 pub const ROUNDING: f64 = 1e-8;
 
-/// Share of a column that other columns do not explain below which it comes from a rounded angle in the description file.
+/// Share of an independent part that comes from a rounded angle in the description file.
 ///
-/// Files write a right angle as 1.5708 or 1.571, with an error of up to 2e-4 rad, and so separate columns by 2e-4. The weakest column
-/// of a six-axis arm (Stäubli TX40) that is independent in truth has a share of 0.6.
+/// Files write a right angle as 1.5708 or 1.571, with an error of up to 2e-4 rad, and so separate columns by 2e-4. The weakest
+/// column of a six-axis arm (Stäubli TX40) that is independent in truth has a share of 0.6.
 const ROUNDED_ANGLE: f64 = 1e-3;
 
 /// Which columns count as independent.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Independence {
-    /// All whose part that the columns before do not explain exceeds this share of the column, for example [`ROUNDING`].
-    Share(f64),
-    /// Those that the log identifies: the standard deviation of the parameter's estimate, at fixed later parameters, is below its
-    /// plausible size.
+    /// All whose part that the columns before do not explain exceeds this share of the column.
     ///
-    /// It is the torque's standard deviation over the norm of the column's part that the columns before do not explain.
+    /// [`ROUNDING`] keeps all but rounding.
+    Share(f64),
+    /// Those that the log identifies.
+    ///
+    /// The standard deviation of the parameter's estimate, at fixed later parameters, is below its plausible size. It is the
+    /// torque's standard deviation over the norm of the column's part that the columns before do not explain.
     Noise {
         /// Standard deviation of the torque's noise in each row, N m; 1 if the rows were divided by theirs.
         torque_sd: f64,
@@ -60,9 +63,10 @@ pub struct BaseParameters {
 
 /// Finds the identifiable combinations from the rows of a regressor.
 ///
-/// `factor` holds the stacked regressor, `[rows, parameters]`; rows of joints with different noise are divided by their standard deviations.
-/// Of parameters that cannot be separated, those that come first in the order of the columns are independent. In the usual order, link by
-/// link from the base, the parameters of a link are added to those of the links before it. Columns are scaled to length 1.
+/// `factor` holds the stacked regressor, `[rows, parameters]`; rows of joints with different noise are divided by their standard
+/// deviations. Of parameters that cannot be separated, those that come first in the order of the columns are independent. In
+/// the usual order, link by link from the base, the parameters of a link are added to those of the links before it. Columns are
+/// scaled to length 1.
 ///
 /// # Panics
 /// If there are fewer names, or plausible sizes, than columns.
@@ -118,7 +122,7 @@ fn norm(x: &[f64]) -> f64 {
     x.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// Orthonormal basis of the independent columns, by the Gram-Schmidt method, and the columns in this basis.
+/// Orthonormal basis of the independent columns, by the Gram-Schmidt method.
 struct Basis {
     vectors: Vec<Vec<f64>>,
     /// Independent column k in the basis, `[k + 1]`.
@@ -209,7 +213,9 @@ impl BaseParameters {
         (0..self.independent.len()).map(value).collect()
     }
 
-    /// Columns of a regressor's row that belong to the combinations: their product with the combinations is the torque.
+    /// Columns of a regressor's row that belong to the combinations.
+    ///
+    /// Their product with the combinations is the torque.
     pub fn base_row(&self, row: &[f64]) -> Vec<f64> {
         self.independent.iter().map(|parameter| row[*parameter]).collect()
     }
@@ -233,8 +239,9 @@ fn four_digits(value: f64) -> String {
 
 /// Identifiable combinations of a robot's model, whatever the log: those that random motion excites.
 ///
-/// `regressor` returns the rows, `[joints][parameters]` row by row, for positions, speeds and accelerations, `[coordinates]` each. Positions are
-/// within `ranges`, speeds within 2 rad/s or m/s, and accelerations within 10 rad/s2 or m/s2. The motion is the same in every call.
+/// `regressor` returns the rows, `[joints][parameters]` row by row, for positions, speeds and accelerations, `[coordinates]` each.
+/// Positions are within `ranges`, speeds within 2 rad/s or m/s, and accelerations within 10 rad/s2 or m/s2. The motion is the
+/// same in every call.
 pub fn structurally_identifiable(
     names: &[String],
     ranges: &[[f64; 2]],

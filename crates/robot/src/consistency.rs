@@ -1,7 +1,7 @@
 //! Physical consistency of inertial parameters: a body with these parameters can exist.
 //!
-//! The ten parameters of a body are `[m, m cx, m cy, m cz, Ixx, Ixy, Ixz, Iyy, Iyz, Izz]`: mass, first moments, and the inertia tensor about
-//! the origin of the frame, with tensor elements (`Ixy` is minus the integral of x y dm). With the second moments
+//! The ten parameters of a body are `[m, m cx, m cy, m cz, Ixx, Ixy, Ixz, Iyy, Iyz, Izz]`: mass, first moments, and the inertia
+//! tensor about the origin of the frame, with tensor elements (`Ixy` is minus the integral of x y dm). With the second moments
 //! `S = 1/2 trace(I) 1 - I`, which are the integrals of x x^T dm, the pseudo-inertia is
 //!
 //! ```text
@@ -9,8 +9,8 @@
 //!         [ h^T  m ]
 //! ```
 //!
-//! A distribution of mass with these parameters exists if and only if J is positive definite (Wensing, Kim and Slotine, "Linear matrix
-//! inequalities for physically consistent inertial parameter identification", RA-L 2018). It is, by construction, for
+//! A distribution of mass with these parameters exists if and only if J is positive definite (Wensing, Kim and Slotine, "Linear
+//! matrix inequalities for physically consistent inertial parameter identification", RA-L 2018). It is, by construction, for
 //!
 //! ```text
 //!     J = U U^T,   U = e^a [ e^d1  s12   s13   t1 ]
@@ -19,8 +19,8 @@
 //!                          [                   1  ]
 //! ```
 //!
-//! for any real log-Cholesky coordinates `[a, d1, d2, d3, s12, s23, s13, t1, t2, t3]` (Rucker and Wensing, "Smooth parameterization of
-//! rigid-body inertia", RA-L 2022).
+//! for any real log-Cholesky coordinates `[a, d1, d2, d3, s12, s23, s13, t1, t2, t3]` (Rucker and Wensing, "Smooth
+//! parameterization of rigid-body inertia", RA-L 2022).
 
 mod nearest;
 
@@ -131,16 +131,19 @@ fn pseudo_inertia_derivatives(coordinates: &LogCholesky) -> [Matrix4; 10] {
     })
 }
 
-/// Derivatives of the ten parameters with respect to the log-Cholesky coordinates: `[parameter][coordinate]`.
+/// Derivatives of the parameters with respect to the log-Cholesky coordinates: `[parameter][coordinate]`.
 pub fn parameter_derivatives(coordinates: &LogCholesky) -> [[f64; 10]; 10] {
     let columns = pseudo_inertia_derivatives(coordinates).map(|j| from_pseudo_inertia(&j));
     std::array::from_fn(|i| std::array::from_fn(|k| columns[k][i]))
 }
 
-/// Consistent parameters near those of a description file that are not: a link without mass, or with a thin or impossible inertia.
+/// Consistent parameters near those of a description file that are not.
 ///
-/// The mass is at least `min_mass_kg`. The second moments about the centre of mass are at least the mass times `min_radius_m` squared along
-/// each of their principal axes. Parameters that meet both conditions are returned as they are. Returns `None` if a parameter is not finite.
+/// A link may have no mass, or a thin or impossible inertia.
+///
+/// The mass is at least `min_mass_kg`. The second moments about the centre of mass are at least the mass times `min_radius_m`
+/// squared along each of their principal axes. Parameters that meet both conditions are returned as they are. Returns `None` if
+/// a parameter is not finite.
 pub fn raise_to_consistent(
     parameters: &Parameters,
     min_mass_kg: f64,

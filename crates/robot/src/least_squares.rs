@@ -1,8 +1,9 @@
 //! Weighted least squares for parameters in which the joint torques are linear.
 //!
-//! The method is IDIM-LS, least squares of the inverse dynamic identification model (Gautier and Poignet, "Extended Kalman filtering and
-//! weighted least squares dynamic identification of robot", Control Engineering Practice 2001): the equations of a joint are divided by the
-//! standard deviation of its residuals. Here these deviations are estimated again from each solution until they stay.
+//! The method is IDIM-LS, least squares of the inverse dynamic identification model (Gautier and Poignet, "Extended Kalman
+//! filtering and weighted least squares dynamic identification of robot", Control Engineering Practice 2001): the equations of
+//! a joint are divided by the standard deviation of its residuals. Here these deviations are estimated again from each solution
+//! until they stay.
 
 mod instruments;
 
@@ -17,7 +18,9 @@ const MAX_ITERATIONS: usize = 50;
 /// Relative change of all standard deviations that ends the iterations.
 const CHANGE: f64 = 1e-8;
 
-/// Torque equations of one joint: the triangular factor of its regressor, with the torque as the last column.
+/// Torque equations of one joint.
+///
+/// They are kept as the triangular factor of the regressor, with the torque as the last column.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointEquations {
     parameters: usize,
@@ -29,10 +32,10 @@ pub struct JointEquations {
 pub struct LinearEstimate {
     /// Values of the combinations of [`BaseParameters`], `[base]`.
     pub values: Vec<f64>,
-    /// Covariance of their errors, `[base][base]`, for residuals that are independent from sample to sample.
+    /// Covariance of the errors, `[base][base]`, for residuals that are independent.
     ///
-    /// The samples of a decimated log are almost independent as far as they are noise. Residuals of a wrong model are not, and then the
-    /// covariance is too small.
+    /// The samples of a decimated log are almost independent as far as they are noise. Residuals of a wrong model are not, and
+    /// then the covariance is too small.
     pub covariance: Vec<Vec<f64>>,
     /// Standard deviation of each joint's residuals, N m or N, `[joints]`.
     pub residual_sd: Vec<f64>,
@@ -94,8 +97,10 @@ impl JointEquations {
     }
 }
 
-/// Regressors of all joints in one factor without the torques, divided by the standard deviations of their residuals; for
-/// [`base_parameters`](crate::base_parameters::base_parameters).
+/// Regressors of all joints in one factor, without the torques.
+///
+/// They are divided by the standard deviations of their residuals, as
+/// [`base_parameters`](crate::base_parameters::base_parameters) needs it.
 pub fn stacked_regressor(joints: &[JointEquations], residual_sd: &[f64]) -> TriangularFactor {
     let parameters = joints.first().map_or(0, |joint| joint.parameters);
     let mut stacked = TriangularFactor::new(parameters);

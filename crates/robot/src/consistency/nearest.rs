@@ -1,4 +1,5 @@
-//! Consistent parameters of all bodies that agree with identified base parameters and stay close to those of the description file.
+//! Consistent parameters of all bodies that agree with identified base parameters and stay close to those of the description
+//! file.
 
 use augsim_linear::{Mat, invert_positive_definite, solve_positive_definite};
 
@@ -10,7 +11,9 @@ use super::{
 /// Factor by which the weight of the distance from the prior falls from one trial to the next.
 const WEIGHT_STEP: f64 = 0.25;
 
-/// Number of trials of the weight: the last one is 0.25^24, 4e-15, which is rounding beside the base parameters' errors.
+/// Number of trials of the weight.
+///
+/// The last one is 0.25^24, 4e-15, which is rounding beside the base parameters' errors.
 const MAX_WEIGHTS: usize = 25;
 
 /// Most iterations at one weight; the next weight begins where the last one ended.
@@ -39,12 +42,15 @@ pub struct Consistent {
     pub parameters: Vec<Parameters>,
     /// Squared deviation of the base parameters from the identified ones in units of the covariance.
     pub chi_square: f64,
-    /// Whether the base parameters are within their uncertainty: `chi_square` is at most the number of base parameters, its expected value
-    /// for the true parameters.
+    /// Whether the base parameters are within their uncertainty.
+    ///
+    /// `chi_square` is then at most the number of base parameters, its expected value for the true parameters.
     ///
     /// If not, the identified values are those of no arm that can exist.
     pub is_within_uncertainty: bool,
-    /// Squared distance from the prior, without unit; it is 1 where one body has twice its mass and its moments.
+    /// Squared distance from the prior, without unit.
+    ///
+    /// It is 1 where one body has twice its mass and its moments.
     pub squared_distance: f64,
 }
 
@@ -60,7 +66,10 @@ pub enum ConsistencyError {
         body: usize,
     },
     /// Numbers of rows or columns do not agree.
-    #[error("{base} base parameters and {bodies} bodies need {base} rows of {} factors, {base} values and a covariance of {base} x {base}", 10 * bodies)]
+    #[error(
+        "{base} base parameters and {bodies} bodies need {base} rows of {} factors, {base} values and a covariance of {base} x {base}",
+        10 * bodies
+    )]
     Shape {
         /// Number of base parameters, by the rows of factors.
         base: usize,
@@ -78,18 +87,21 @@ pub enum ConsistencyError {
     },
 }
 
-/// Finds consistent parameters of all bodies close to a prior that keep identified base parameters within their uncertainty.
+/// Finds consistent parameters close to a prior that agree with identified base parameters.
 ///
-/// With the coordinates x of all bodies (log-Cholesky), x0 of the prior, the base parameters' error `e(x) = factors * parameters(x) - values` and
-/// their covariance C, it minimises
+/// All base parameters stay within their uncertainty if the parameters of real bodies allow it.
+///
+/// With the coordinates x of all bodies (log-Cholesky), x0 of the prior, the base parameters' error
+/// `e(x) = factors * parameters(x) - values` and their covariance C, it minimises
 ///
 /// ```text
 /// e^T C^-1 e + w (x - x0)^T M (x - x0)        (3)
 /// ```
 ///
-/// M is the metric of positive definite matrices at the prior, `1/2 trace(J^-1 dJ J^-1 dJ)`, which does not depend on frames and units (the
-/// constant pullback of Lee, Wensing and Park, "Geometric robot dynamic identification", T-RO 2020). The weight w falls from 1 until the first term is at
-/// most the number of base parameters. The method is Gauss-Newton, damped by M (Levenberg and Marquardt).
+/// M is the metric of positive definite matrices at the prior, `1/2 trace(J^-1 dJ J^-1 dJ)`, which does not depend on frames
+/// and units (the constant pullback of Lee, Wensing and Park, "Geometric robot dynamic identification", T-RO 2020). The weight
+/// w falls from 1 until the first term is at most the number of base parameters. The method is Gauss-Newton, damped by M
+/// (Levenberg and Marquardt).
 ///
 /// # Errors
 /// A prior that is not consistent, wrong shapes, values that are not finite, a covariance that is not positive definite.
@@ -271,7 +283,9 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// Metric of positive definite matrices in log-Cholesky coordinates: `1/2 trace(J^-1 dJ_i J^-1 dJ_k)`; `None` if J is singular in rounding.
+/// Metric of positive definite matrices in log-Cholesky coordinates.
+///
+/// `1/2 trace(J^-1 dJ_i J^-1 dJ_k)`; `None` if J is singular in rounding.
 fn metric(coordinates: &LogCholesky) -> Option<[[f64; 10]; 10]> {
     let j = pseudo_inertia(&from_log_cholesky(coordinates));
     let lower = Mat::from_fn(4, 4, |i, k| if i >= k { j[i][k] } else { 0.0 });

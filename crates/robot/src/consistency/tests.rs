@@ -1,5 +1,5 @@
-//! Contract: parameters are consistent exactly if bodies of positive density have them, and identified combinations are kept by consistent
-//! parameters wherever such parameters exist.
+//! Contract: parameters are consistent exactly if bodies of positive density have them, and identified combinations are kept by
+//! consistent parameters wherever such parameters exist.
 use super::*;
 use crate::test_random::Random;
 use approx::assert_relative_eq;

@@ -1,9 +1,9 @@
 //! Instrumental variables: estimates that noise in the regressor does not bias.
 //!
-//! Noise of the positions enters the regressor X, and least squares then underestimates. Instruments Z are the same rows, computed from a motion
-//! without this noise: that of a simulation with the estimated parameters and the same commands (IDIM-IV; Janot, Vandanjon and Gautier, "A
-//! generic instrumental variable approach for industrial robot identification", IEEE T-CST 2014), the commanded motion, or the mean
-//! of the other periods of a periodic motion. With the weights W of the joints,
+//! Noise of the positions enters the regressor X, and least squares then underestimates. Instruments Z are the same rows,
+//! computed from a motion without this noise: that of a simulation with the estimated parameters and the same commands
+//! (IDIM-IV; Janot, Vandanjon and Gautier, "A generic instrumental variable approach for industrial robot identification", IEEE
+//! T-CST 2014), the commanded motion, or the mean of the other periods of a periodic motion. With the weights W of the joints,
 //!
 //! ```text
 //! values = (Z^T W X)^-1 Z^T W y
@@ -36,7 +36,7 @@ impl InstrumentProducts {
         }
     }
 
-    /// Adds an equation with the row of its instruments and the row of the regressor, `[parameters]` each, and its torque.
+    /// Adds an equation: rows of instruments and regressor, `[parameters]` each, and the torque.
     pub fn add(&mut self, instruments: &[f64], row: &[f64], torque: f64) {
         for (i, z) in instruments.iter().enumerate().take(self.parameters) {
             for k in 0..self.parameters {
@@ -51,8 +51,8 @@ impl InstrumentProducts {
 /// Estimates the base parameters by instrumental variables.
 ///
 /// `residual_sd` are the standard deviations of the joints' residuals, as of
-/// [`weighted_least_squares`](super::weighted_least_squares). Where the two estimates differ by more than their standard deviations, noise in the positions
-/// biases least squares, and a narrower filter is needed.
+/// [`weighted_least_squares`](super::weighted_least_squares). Where the two estimates differ by more than their standard
+/// deviations, noise in the positions biases least squares, and a narrower filter is needed.
 ///
 /// # Errors
 /// A base parameter that the instruments do not determine.
@@ -93,7 +93,9 @@ pub fn instrumental_variables(
     })
 }
 
-/// Solves `matrix * x = right` by Gaussian elimination with row pivots, after scaling rows and columns; the error is a column without a pivot.
+/// Solves `matrix * x = right` by Gaussian elimination with row pivots.
+///
+/// Rows and columns are scaled first. The error is a column without a pivot.
 fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<Vec<f64>>) -> Result<Vec<Vec<f64>>, usize> {
     let n = matrix.len();
     // The diagonal of Z^T X is about the square of a column's length.

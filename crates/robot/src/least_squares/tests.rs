@@ -1,5 +1,5 @@
-//! Contract: estimates have the errors that their covariance states; joints count by their noise; noise in the regressor biases least squares
-//! and does not bias instrumental variables.
+//! Contract: estimates have the errors that their covariance states; joints count by their noise; noise in the regressor biases
+//! least squares and does not bias instrumental variables.
 //!
 //! The equations are those of two joints with 6 parameters, of which two act only by their sum.
 use super::*;
@@ -11,7 +11,8 @@ const TRUTH: [f64; 6] = [2.0, -1.0, 0.5, 0.3, 3.0, 0.8];
 /// Standard deviations of the torques of the two joints.
 const NOISE: [f64; 2] = [1.0, 0.02];
 
-/// Rows of both joints at a state of two angles, speeds and accelerations that change with time; the last two columns are proportional.
+/// Rows of both joints at a state of two angles, speeds and accelerations that change with time; the last two columns are
+/// proportional.
 fn rows(random: &mut Random) -> [Vec<f64>; 2] {
     let [a, b, c, d, e] = std::array::from_fn(|_| 2.0 * random.uniform() - 1.0);
     [vec![a, b, a * b, c, d, 0.5 * d], vec![0.0, a, b - a, e, c, 0.5 * c]]

@@ -1,5 +1,5 @@
-//! Contract: on simulated logs with known accelerations, the chosen cutoff is nearly the best one, whatever the noise and the clock; the
-//! filter has no delay and keeps linear relations.
+//! Contract: on simulated logs with known accelerations, the chosen cutoff is nearly the best one, whatever the noise and the
+//! clock; the filter has no delay and keeps linear relations.
 //!
 //! The motion is a sum of sines (Swevers 1997); the best cutoff is found by a scan with the true acceleration.
 use super::filter::{LowPass, decimation, highest_cutoff, second_difference, transient_s};
@@ -122,6 +122,17 @@ fn the_acceleration_is_nearly_as_good_as_at_the_best_cutoff() {
                 assert!(ratio < 1.3, "{interval} s, {harmonics} harmonics, {sensor:?}: {ratio}");
             }
         }
+    }
+}
+
+#[test]
+fn several_crests_of_a_slow_encoder_are_not_taken_for_motion() {
+    // Logs in which the spectrum of the rounding has a second crest, when the motion passes the steps at two typical rates.
+    for (seed, harmonics, amplitude) in [(101, 20, 1.0), (102, 10, 0.3)] {
+        let motion = Motion::new(seed, harmonics, amplitude);
+        let log = log(uniform_clock(2e-4, 10.0), &[(&motion, Sensor::Encoder(14))]);
+        let ratio = error_over_best(&log, &motion);
+        assert!(ratio < 1.3, "{seed}: {ratio}");
     }
 }
 
