@@ -1,26 +1,34 @@
 //! Combinations of inertial parameters that joint torques identify: the base parameters.
 //!
-//! The torques are linear in the parameters: torque = regressor * parameters. Columns of the regressor that are linear combinations
-//! of others belong to parameters whose effect cannot be separated from that of the others: of the independent columns, only
-//! combinations of parameters are identifiable (Gautier, "Numerical calculation of the base inertial parameters of robots", ICRA 1990).
+//! The torques are linear in the parameters: torque = regressor * parameters. Columns of the regressor that are linear
+//! combinations of others belong to parameters whose effect cannot be separated from that of the others: of the independent
+//! columns, only combinations of parameters are identifiable (Gautier, "Numerical calculation of the base inertial parameters
+//! of robots", ICRA 1990).
 
 use crate::triangular_factor::TriangularFactor;
 
-/// Norm of a column's part that other columns do not explain, relative to the column, below which it is rounding.
+/// Share of a column that other columns do not explain below which it is rounding.
 ///
-/// Sums of products of about a hundred terms err by 1e-14. The square root of the precision separates them from the weakest columns
-/// that random motion excites: those of the arms in the tests are above 1e-3.
-const ROUNDING: f64 = 1e-8;
+/// Sums of about a hundred products have a relative error of 1e-14; the square root of the precision is far above that.
+pub const ROUNDING: f64 = 1e-8;
+
+/// Share of an independent part that comes from a rounded angle in the description file.
+///
+/// Files write a right angle as 1.5708 or 1.571, with an error of up to 2e-4 rad, and so separate columns by 2e-4. The weakest
+/// column of a six-axis arm (Stäubli TX40) that is independent in truth has a share of 0.6.
+const ROUNDED_ANGLE: f64 = 1e-3;
 
 /// Which columns count as independent.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Independence {
-    /// All whose part that the columns before do not explain exceeds rounding.
-    Exact,
-    /// Those that the log identifies: the standard deviation of the parameter's estimate, at fixed later parameters, is below its
-    /// plausible size.
+    /// All whose part that the columns before do not explain exceeds this share of the column.
     ///
-    /// It is the torque's standard deviation over the norm of the column's part that the columns before do not explain.
+    /// [`ROUNDING`] keeps all but rounding.
+    Share(f64),
+    /// Those that the log identifies.
+    ///
+    /// The standard deviation of the parameter's estimate, at fixed later parameters, is below its plausible size. It is the
+    /// torque's standard deviation over the norm of the column's part that the columns before do not explain.
     Noise {
         /// Standard deviation of the torque's noise in each row, N m; 1 if the rows were divided by theirs.
         torque_sd: f64,
@@ -55,11 +63,13 @@ pub struct BaseParameters {
 
 /// Finds the identifiable combinations from the rows of a regressor.
 ///
-/// `factor` holds the stacked regressor, `[rows, parameters]`; rows of joints with different noise are divided by their standard deviations.
-/// Of parameters that cannot be separated, those that come first in the order of the columns are independent. In the usual order, link by
-/// link from the base, the parameters of a link are added to those of the links before it. Columns are scaled to length 1.
+/// `factor` holds the stacked regressor, `[rows, parameters]`; rows of joints with different noise are divided by their standard
+/// deviations. Of parameters that cannot be separated, those that come first in the order of the columns are independent. In
+/// the usual order, link by link from the base, the parameters of a link are added to those of the links before it. Columns are
+/// scaled to length 1.
 ///
-/// `names` has one name for each column.
+/// # Panics
+/// If there are fewer names, or plausible sizes, than columns.
 pub fn base_parameters(
     factor: &TriangularFactor,
     names: &[String],
@@ -70,6 +80,7 @@ pub fn base_parameters(
     let column = |j: usize| -> Vec<f64> { (0..p).map(|i| upper[i * p + j]).collect() };
     let norms: Vec<f64> = (0..p).map(|j| norm(&column(j))).collect();
     let largest = norms.iter().copied().fold(0.0, f64::max);
+    let rounding = if let Independence::Share(share) = independence { *share } else { ROUNDING };
     let mut basis = Basis { vectors: Vec::new(), triangle: Vec::new() };
     let mut base = BaseParameters {
         names: names.to_vec(),
@@ -78,7 +89,7 @@ pub fn base_parameters(
         without_effect: Vec::new(),
     };
     for j in 0..p {
-        if norms[j] <= ROUNDING * largest {
+        if norms[j] <= rounding * largest {
             base.without_effect.push(j);
             continue;
         }
@@ -86,7 +97,7 @@ pub fn base_parameters(
         let (projections, residual) = basis.project(unit);
         let share = norm(&residual);
         let needed = match independence {
-            Independence::Exact => ROUNDING,
+            Independence::Share(share) => *share,
             Independence::Noise { torque_sd, plausible } => {
                 (torque_sd / (norms[j] * plausible[j].abs())).max(ROUNDING)
             }
@@ -99,7 +110,7 @@ pub fn base_parameters(
         // A coefficient is as uncertain as the part that is not explained.
         let coefficients = basis.solve(&projections).into_iter().enumerate();
         let coefficients = coefficients
-            .filter(|(_, value)| value.abs() > share.max(ROUNDING))
+            .filter(|(_, value)| value.abs() > share.max(rounding))
             .map(|(k, value)| (k, value * norms[j] / norms[base.independent[k]]))
             .collect();
         base.dependent.push(Dependent { parameter: j, coefficients });
@@ -111,7 +122,7 @@ fn norm(x: &[f64]) -> f64 {
     x.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// Orthonormal basis of the independent columns, by the Gram-Schmidt method, and the columns in this basis.
+/// Orthonormal basis of the independent columns, by the Gram-Schmidt method.
 struct Basis {
     vectors: Vec<Vec<f64>>,
     /// Independent column k in the basis, `[k + 1]`.
@@ -202,7 +213,9 @@ impl BaseParameters {
         (0..self.independent.len()).map(value).collect()
     }
 
-    /// Columns of a regressor's row that belong to the combinations: their product with the combinations is the torque.
+    /// Columns of a regressor's row that belong to the combinations.
+    ///
+    /// Their product with the combinations is the torque.
     pub fn base_row(&self, row: &[f64]) -> Vec<f64> {
         self.independent.iter().map(|parameter| row[*parameter]).collect()
     }
@@ -226,8 +239,9 @@ fn four_digits(value: f64) -> String {
 
 /// Identifiable combinations of a robot's model, whatever the log: those that random motion excites.
 ///
-/// `regressor` returns the rows, `[joints][parameters]` row by row, for positions, speeds and accelerations, `[coordinates]` each. Positions are
-/// within `ranges`, speeds within 2 rad/s or m/s, and accelerations within 10 rad/s2 or m/s2. The motion is the same in every call.
+/// `regressor` returns the rows, `[joints][parameters]` row by row, for positions, speeds and accelerations, `[coordinates]` each.
+/// Positions are within `ranges`, speeds within 2 rad/s or m/s, and accelerations within 10 rad/s2 or m/s2. The motion is the
+/// same in every call.
 pub fn structurally_identifiable(
     names: &[String],
     ranges: &[[f64; 2]],
@@ -246,7 +260,7 @@ pub fn structurally_identifiable(
         let acceleration: Vec<f64> = (0..n).map(|k| draw(2 * n + k, [-10.0, 10.0])).collect();
         factor.add_rows(&regressor(&position, &speed, &acceleration));
     }
-    base_parameters(&factor, names, &Independence::Exact)
+    base_parameters(&factor, names, &Independence::Share(ROUNDED_ANGLE))
 }
 
 /// Square roots of the first prime numbers.

@@ -20,6 +20,10 @@ mod regressor;
 mod rotation;
 pub mod signals;
 mod structure;
+pub mod consistency;
+pub mod least_squares;
+#[cfg(test)]
+mod test_random;
 pub mod tree;
 pub mod triangular_factor;
 mod urdf;

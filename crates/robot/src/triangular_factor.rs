@@ -3,8 +3,8 @@
 /// Upper triangular factor R of a matrix A = Q R, `[rows, width]`, with Q orthogonal.
 ///
 /// R has the inner products of the columns of A without their rounding: rank decisions need R, because the Gram matrix squares
-/// the condition number. Rows are added by Householder reflections (Golub and Van Loan, *Matrix Computations*, 5.2 and 6.5.4), so
-/// that a regressor of a long log need not be stored.
+/// the condition number. Rows are added by Householder reflections (Golub and Van Loan, *Matrix Computations*, 5.2 and 6.5.4),
+/// so that a regressor of a long log need not be stored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TriangularFactor {
     width: usize,

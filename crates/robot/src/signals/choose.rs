@@ -13,32 +13,36 @@ const MIN_SAMPLES: usize = 64;
 /// Number of mean intervals without a sample that split the record for the spectra.
 const SPECTRUM_GAP_INTERVALS: f64 = 10.0;
 
-/// Number of mean intervals that are always interpolated, however high the cutoff: one or two samples may be lost.
+/// Number of mean intervals that are interpolated, however high the cutoff.
+///
+/// One or two samples may be lost.
 const MIN_GAP_INTERVALS: f64 = 3.0;
 
 /// Candidates of the cutoff in one octave; neighbours differ by 4 %, and the error is flat at its minimum.
 const CANDIDATES_PER_OCTAVE: f64 = 16.0;
 
-/// Largest relative error of an acceleration or a torque that counts, at the cutoff that is best for it alone.
+/// Largest relative error of an acceleration or a torque that counts in the choice.
+///
+/// It is the error at the cutoff that is best for this quantity alone.
 ///
 /// That of a joint at rest is 1 or more, apart from the chance in the few lines of its lowest frequencies.
 const MAX_RELATIVE_ERROR: f64 = 0.5;
 
 /// Chooses how to prepare a log: clock, cutoff frequency, decimation and trimmed ends.
 ///
-/// With the spectral density `S` of a quantity, the density `N` of its noise, and the gain `G` of the filter, the expected squared error
-/// after the filter is
+/// With the spectral density `S` of a quantity, the density `N` of its noise, and the gain `G` of the filter, the expected
+/// squared error after the filter is
 ///
 /// ```text
 /// E(f_c) = sum over f of (1 - G)^2 (S - N) + G^2 N        (2)
 /// ```
 ///
-/// the signal that is lost and the noise that passes. Its minimum keeps the band in which the signal exceeds the noise (Wiener's
-/// argument). The noise of an acceleration rises as the fourth power of the frequency.
+/// the signal that is lost and the noise that passes. Its minimum keeps the band in which the signal exceeds the noise
+/// (Wiener's argument). The noise of an acceleration rises as the fourth power of the frequency.
 ///
-/// The torque equation of a joint contains the motion of all joints, so one cutoff serves all of them. It has the smallest sum of `E`
-/// relative to the mean square of the quantity, over the accelerations and torques that exceed their noise. The torques count
-/// because friction puts steps into them that a smooth motion does not have.
+/// The torque equation of a joint contains the motion of all joints, so one cutoff serves all of them. It has the smallest sum
+/// of `E` relative to the mean square of the quantity, over the accelerations and torques that exceed their noise. The torques
+/// count because friction puts steps into them that a smooth motion does not have.
 ///
 /// # Errors
 /// Wrong shapes, times that do not increase, values that are not finite, too few samples, no motion.
@@ -76,7 +80,9 @@ pub fn choose(log: &Log) -> Result<Preparation, SignalError> {
 }
 
 impl Preparation {
-    /// Preparation with this clock, s, and this cutoff, Hz: decimation, trimmed ends and longest gap follow from them.
+    /// Preparation with this clock, s, and this cutoff, Hz.
+    ///
+    /// Decimation, trimmed ends and longest gap follow from them.
     ///
     /// A cutoff of more than 0.155 / interval makes accelerations too small by more than 1 %.
     pub fn new(interval_s: f64, cutoff_hz: f64, noise: Vec<JointNoise>) -> Preparation {
@@ -93,13 +99,17 @@ impl Preparation {
         }
     }
 
-    /// The same preparation with another cutoff, Hz, for example of the band in which links and gears are known to be rigid.
+    /// The same preparation with another cutoff, Hz.
+    ///
+    /// An example is the band in which links and gears are known to be rigid.
     pub fn with_cutoff(&self, cutoff_hz: f64) -> Preparation {
         Preparation::new(self.interval_s, cutoff_hz, self.noise.clone())
     }
 }
 
-/// Segments for the spectra: those of at least half the length of the longest, because a spectrum of a short one is too blurred.
+/// Segments for the spectra: those of at least half the length of the longest.
+///
+/// The spectrum of a shorter one is too blurred.
 fn spectrum_segments(log: &Log, interval_s: f64) -> Result<Vec<Range<usize>>, SignalError> {
     let mut segments = split_at_gaps(&log.time_s, SPECTRUM_GAP_INTERVALS * interval_s);
     let longest = segments.iter().map(ExactSizeIterator::len).max().unwrap_or(0);

@@ -40,10 +40,10 @@ pub fn highest_cutoff(interval_s: f64) -> f64 {
 
 /// Number of samples of which one is kept.
 ///
-/// White noise of the position has, in the acceleration, a power in proportion to `f^4 G(f)^2`. With `x = f / f_c` its integral over
-/// all frequencies is `(1/8) Gamma(5/8) Gamma(11/8) = 0.1594`, and over those above `X` it is about `X^-11 / 11`. The samples may
-/// be `n` times sparser if the share above their Nyquist frequency, `X f_c`, is at most [`ALIASED_SHARE`]: `X = 1.44`. The samples
-/// that are kept are then almost uncorrelated. The gain of the filter at `X f_c` is 5 %.
+/// White noise of the position has, in the acceleration, a power in proportion to `f^4 G(f)^2`. With `x = f / f_c` its integral
+/// over all frequencies is `(1/8) Gamma(5/8) Gamma(11/8) = 0.1594`, and over those above `X` it is about `X^-11 / 11`. The
+/// samples may be `n` times sparser if the share above their Nyquist frequency, `X f_c`, is at most [`ALIASED_SHARE`]: `X =
+/// 1.44`. The samples that are kept are then almost uncorrelated. The gain of the filter at `X f_c` is 5 %.
 pub fn decimation(cutoff_hz: f64, interval_s: f64) -> usize {
     let nyquist_over_cutoff = (11.0 * 0.1594 * ALIASED_SHARE).powf(-1.0 / 11.0);
     let ratio = 1.0 / (2.0 * nyquist_over_cutoff * cutoff_hz * interval_s);
@@ -120,12 +120,16 @@ impl Section {
     }
 }
 
-/// First derivative at sample `i` of uniform samples, by the central difference of order 4; needs two samples on each side.
+/// First derivative at sample `i` of uniform samples, by the central difference of order 4.
+///
+/// It needs two samples on each side.
 pub fn first_difference(x: &[f64], i: usize, interval_s: f64) -> f64 {
     (8.0 * (x[i + 1] - x[i - 1]) - (x[i + 2] - x[i - 2])) / (12.0 * interval_s)
 }
 
-/// Second derivative at sample `i` of uniform samples, by the central difference of order 4; needs two samples on each side.
+/// Second derivative at sample `i` of uniform samples, by the central difference of order 4.
+///
+/// It needs two samples on each side.
 pub fn second_difference(x: &[f64], i: usize, interval_s: f64) -> f64 {
     let near = (x[i + 1] - x[i]) - (x[i] - x[i - 1]);
     let far = (x[i + 2] - x[i]) - (x[i] - x[i - 2]);

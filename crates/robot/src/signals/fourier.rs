@@ -2,7 +2,9 @@
 
 use std::f64::consts::PI;
 
-/// Transforms complex samples in place: `X_k = sum_n x_n exp(-2 pi i k n / N)` (radix-2 algorithm of Cooley and Tukey 1965).
+/// Transforms complex samples in place: `X_k = sum_n x_n exp(-2 pi i k n / N)`.
+///
+/// The algorithm is the one of Cooley and Tukey (1965), for powers of two.
 ///
 /// `re` and `im` have the same length, a power of two.
 fn transform(re: &mut [f64], im: &mut [f64]) {
@@ -34,7 +36,9 @@ fn transform(re: &mut [f64], im: &mut [f64]) {
     }
 }
 
-/// One-sided power spectral density of real samples, unit^2/Hz, at the frequencies `k / (size * interval_s)`, k = 0..=size/2.
+/// One-sided power spectral density of real samples, unit^2/Hz.
+///
+/// The frequencies are `k / (size * interval_s)`, k = 0..=size/2.
 ///
 /// A Hann window is applied, and zeros are appended up to `size`, a power of two that is at least the
 /// number of samples. The sum of the densities times their spacing is the mean square of the samples, which are

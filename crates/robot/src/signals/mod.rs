@@ -1,4 +1,6 @@
-//! Preparation of joint logs for inverse dynamics: filtered positions, derivatives and torques on one clock.
+//! Preparation of joint logs for inverse dynamics.
+//!
+//! The result has filtered positions, their derivatives and filtered torques on one clock.
 //!
 //! The steps, for each segment of the log without long gaps:
 //! 1. positions and torques are interpolated to a uniform clock;
@@ -42,7 +44,7 @@ pub struct JointNoise {
     pub position: f64,
     /// Standard deviation of the torque's noise, N m or N, or A, before the filter.
     pub torque: f64,
-    /// Estimated error of the filtered acceleration: root mean square, relative to that of the acceleration.
+    /// Estimated relative error of the filtered acceleration (root mean squares).
     ///
     /// Infinite, or at least 1, for a joint whose motion is hidden by its noise.
     pub acceleration_error: f64,
@@ -55,7 +57,9 @@ pub struct JointNoise {
 pub struct Preparation {
     /// Interval of the uniform clock before decimation, s.
     pub interval_s: f64,
-    /// Cutoff frequency of the low-pass filter, Hz; positions, speeds and torques of all joints have the same one.
+    /// Cutoff frequency of the low-pass filter, Hz.
+    ///
+    /// Positions, speeds and torques of all joints have the same one.
     pub cutoff_hz: f64,
     /// One of this many samples is kept.
     pub decimation: usize,

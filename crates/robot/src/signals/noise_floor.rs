@@ -1,17 +1,19 @@
 //! Noise floor of the spectrum of a position or a torque, without an assumption on its colour.
 //!
-//! Noise of a sensor has a flat spectrum, or one that falls slowly: the error of a coarse encoder is a sawtooth, and its spectrum falls
-//! as `f^-2`. Twice differentiated, such noise *rises* with frequency, as `f^4` or `f^2`. The acceleration of a motion falls. The
-//! floor therefore begins at the highest frequency at which the spectrum of the acceleration stops to rise.
+//! Noise of a sensor has a flat spectrum, or one that falls slowly: the error of a coarse encoder is a sawtooth, and its
+//! spectrum falls as `f^-2`. Twice differentiated, such noise *rises* with frequency, as `f^4` or `f^2`. The acceleration of a
+//! motion falls. The floor therefore begins at the highest frequency at which the spectrum of the acceleration stops to rise.
 //!
-//! The sawtooth of a slow motion has a crest at the rate at which the motion passes the steps of the encoder. Its power is known, so
-//! that the crest is not mistaken for a motion.
+//! The sawtooth of a slow motion has a crest at the rate at which the motion passes the steps of the encoder. Its power is
+//! known, so that the crest is not mistaken for a motion.
 
 /// Ratio of the limits of one frequency band: half an octave.
 const BAND_RATIO: f64 = std::f64::consts::SQRT_2;
 
-/// Least number of spectral lines in a band: the mean of 8 lines has a standard deviation of 35 %, while a flat spectrum makes
-/// the acceleration's rise by a factor of 4 from one band to the next.
+/// Least number of spectral lines in a band.
+///
+/// The mean of 8 lines has a standard deviation of 35 %, while a flat spectrum makes the acceleration's rise by a factor of 4
+/// from one band to the next.
 const MIN_LINES: usize = 8;
 
 /// Noise floor of a spectrum.
@@ -23,40 +25,59 @@ pub struct NoiseFloor {
     pub begin: usize,
 }
 
+/// A band of lines.
+struct Band {
+    begin: usize,
+    end: usize,
+    /// Mean density.
+    level: f64,
+    /// Mean density times the power of the frequency.
+    weighted: f64,
+    /// Sum of the densities of this band and of those above.
+    sum: f64,
+}
+
 /// Estimates the floor of a one-sided power spectral density.
 ///
-/// The floor begins where the density times the frequency to the power `slope` stops to rise: 4 for a position, as above.
+/// The floor begins where the density times the frequency to the power `slope` stops to rise: 4 for a position, as above. A
+/// crest ends the floor unless the spectrum falls below its level again beneath the crest, and the densities down to there sum
+/// to at most `rounding_sum`, that of the encoder's rounding.
 ///
 /// `density[k]` belongs to the frequency `(k + 1)` times the spacing of the lines; the last one is the Nyquist frequency. Within the
-/// noise the floor is the mean density of each half octave; below it the floor continues at the level of the lowest half octave.
-/// The lines at the top whose densities sum to less than `least_sum` are noise in any case. There are at least [`MIN_LINES`] lines.
-pub fn noise_floor(density: &[f64], slope: i32, least_sum: f64) -> NoiseFloor {
+/// noise the floor is the mean density of each half octave; below it the floor continues at the level of the lowest half
+/// octave. There are at least [`MIN_LINES`] lines.
+pub fn noise_floor(density: &[f64], slope: i32, rounding_sum: f64) -> NoiseFloor {
+    let bands = bands(density, slope);
+    let mut last = 0;
+    let continues = |last: usize, k: usize| {
+        bands[k].weighted < bands[last].weighted && (k == last + 1 || bands[k].sum <= rounding_sum)
+    };
+    while let Some(next) = (last + 1..bands.len()).find(|k| continues(last, *k)) {
+        last = next;
+    }
+    let mut floor = vec![bands[last].level; density.len()];
+    for band in &bands[..last] {
+        floor[band.begin..band.end].fill(band.level);
+    }
+    NoiseFloor { density: floor, begin: bands[last].begin }
+}
+
+/// Half octaves from the highest to the lowest that has enough lines; the highest in any case.
+fn bands(density: &[f64], slope: i32) -> Vec<Band> {
+    let mut bands: Vec<Band> = Vec::new();
     let mut end = density.len();
-    let mut floor = vec![0.0; end];
-    // Level of the band above, and that level times the power of the frequency.
-    let mut above: Option<(f64, f64)> = None;
-    let mut sum = 0.0;
     loop {
         let begin = (end as f64 / BAND_RATIO) as usize;
-        if end - begin < MIN_LINES && above.is_some() {
-            break;
+        if end - begin < MIN_LINES && !bands.is_empty() {
+            return bands;
         }
-        let band = density[begin..end].iter().sum::<f64>();
-        let level = band / (end - begin) as f64;
+        let power = density[begin..end].iter().sum::<f64>();
+        let level = power / (end - begin) as f64;
         let middle = (begin + end + 1) as f64 / 2.0;
-        let weighted = level * middle.powi(slope);
-        if sum > least_sum && above.is_some_and(|(_, higher)| weighted >= higher) {
-            break;
-        }
-        sum += band;
-        floor[begin..end].fill(level);
-        above = Some((level, weighted));
+        let sum = bands.last().map_or(0.0, |band| band.sum) + power;
+        bands.push(Band { begin, end, level, weighted: level * middle.powi(slope), sum });
         end = begin;
     }
-    if let Some((level, _)) = above {
-        floor[..end].fill(level);
-    }
-    NoiseFloor { density: floor, begin: end }
 }
 
 #[cfg(test)]
@@ -83,6 +104,7 @@ mod tests {
         let crest = |k: usize| if (1000..2000).contains(&k) { 30.0 } else { 1.0 };
         let density: Vec<f64> = (1..=4096).map(|k| crest(k) + 1e4 * (k as f64 / 100.0).powi(-10)).collect();
         assert!(noise_floor(&density, 4, 0.0).begin > 900);
+        assert!(noise_floor(&density, 4, 25_000.0).begin > 900);
         assert!(noise_floor(&density, 4, 35_000.0).begin < 400);
     }
 

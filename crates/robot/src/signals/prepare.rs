@@ -37,11 +37,13 @@ pub fn prepare_at_full_rate(log: &Log, with: &Preparation) -> Result<Vec<Segment
     Ok(segments)
 }
 
-/// Filters, trims and decimates values that were computed from a segment at the full rate, `[n][columns]`; returns `[k][columns]`.
+/// Filters, trims and decimates values that were computed from a segment at the full rate.
 ///
-/// A torque that is a nonlinear function of the motion, such as Coulomb friction at the filtered speed, has steps that the filtered measured
-/// torque does not have. After this filter it has the same rounded steps. The linear part of the dynamics must not be
-/// filtered again: its accelerations have passed the filter already.
+/// `values` are `[n][columns]`, and the result is `[k][columns]`.
+///
+/// A torque that is a nonlinear function of the motion, such as Coulomb friction at the filtered speed, has steps that the
+/// filtered measured torque does not have. After this filter it has the same rounded steps. The linear part of the dynamics
+/// must not be filtered again: its accelerations have passed the filter already.
 ///
 /// The rows are those of [`prepare_at_full_rate`], and the result has the rows of [`prepare`].
 pub fn filter_and_decimate(values: &[Vec<f64>], with: &Preparation) -> Vec<Vec<f64>> {

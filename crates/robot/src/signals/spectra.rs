@@ -62,8 +62,9 @@ impl Lines {
     /// Lines for records of up to `samples` samples.
     pub fn new(samples: usize, interval_s: f64) -> Lines {
         let size = (samples + 1).next_power_of_two();
-        // Density of a second difference of white noise: the window over n samples blurs (2 sin x)^4, which near zero is the fourth power
-        // of the angle 2 x. The terms are the second and fourth moments of the Hann window's spectrum, with b = pi / n.
+        // Density of a second difference of white noise: the window over n samples blurs (2 sin x)^4, which near zero is the
+        // fourth power of the angle 2 x. The terms are the second and fourth moments of the Hann window's spectrum, with b = pi
+        // / n.
         let b = PI / samples as f64;
         let noise_gain =
             |x: f64| (2.0 * x.sin()).powi(4) + 8.0 * (2.0 * x * b).powi(2) + 16.0 / 3.0 * b.powi(4);
@@ -92,8 +93,8 @@ impl Lines {
                 let density = periodogram(samples, self.interval_s, self.size);
                 sum.iter_mut().zip(&density[1..]).for_each(|(sum, value)| *sum += weight * value);
             };
-            // The difference comes before the window: it makes the spectrum so flat that the window's side lobes do not hide the noise.
-            // Its mean is not removed: that would add a constant that hides the lowest lines of the noise.
+            // The difference comes before the window: it makes the spectrum so flat that the window's side lobes do not hide
+            // the noise. Its mean is not removed: that would add a constant that hides the lowest lines of the noise.
             let scale = self.interval_s.powi(-2);
             let x = uniform(&log.position);
             let second: Vec<f64> = x.windows(3).map(|x| ((x[2] - x[1]) - (x[1] - x[0])) * scale).collect();
@@ -103,10 +104,10 @@ impl Lines {
             samples.iter_mut().for_each(|sample| *sample -= mean);
             add(&mut torque, &samples);
         }
-        // A rounding error has the power step^2 / 12. Up to half of it, crests of the spectrum may be those of a sawtooth.
-        let least_sum = encoder_step(log, joint).powi(2) / 24.0 / self.spacing_hz;
+        // A rounding error has the power step^2 / 12.
+        let rounding_sum = encoder_step(log, joint).powi(2) / 12.0 / self.spacing_hz;
         let position: Vec<f64> = acceleration.iter().zip(&self.difference).map(|(s, d)| s / d).collect();
-        let floor = noise_floor(&position, POSITION_SLOPE, least_sum);
+        let floor = noise_floor(&position, POSITION_SLOPE, rounding_sum);
         let torque_floor = noise_floor(&torque, TORQUE_SLOPE, 0.0);
         let deviation = |density: &[f64]| (density.iter().sum::<f64>() * self.spacing_hz).sqrt();
         let noise = floor.density.iter().zip(&self.difference).map(|(n, d)| n * d).collect();
@@ -120,7 +121,8 @@ impl Lines {
 
     /// Squared error of the filtered quantity: the signal that is lost and the noise that passes.
     ///
-    /// It is an unbiased estimate: the density of signal and noise less that of the noise may be negative by chance, and is not clipped.
+    /// It is an unbiased estimate: the density of signal and noise less that of the noise may be negative by chance, and is not
+    /// clipped.
     pub fn squared_error(&self, channel: &Channel, cutoff_hz: f64) -> f64 {
         self.error_with_signal_below(channel, cutoff_hz, self.warped.len())
     }
@@ -143,7 +145,9 @@ impl Lines {
         pairs.map(|(density, noise)| density - noise).sum::<f64>() * self.spacing_hz
     }
 
-    /// Root mean square error of the filtered quantity, relative to the quantity; infinite if it is hidden by noise.
+    /// Root mean square error of the filtered quantity, relative to the quantity.
+    ///
+    /// It is infinite if the quantity is hidden by noise.
     ///
     /// The lost signal is summed over the lines below the noise, because the sum over the others is chance alone.
     pub fn relative_error(&self, channel: &Channel, cutoff_hz: f64) -> f64 {
@@ -153,10 +157,12 @@ impl Lines {
     }
 }
 
-/// Step of a joint's encoder or of its rounding, rad or m; 0 if the changes between samples are not multiples of a step.
+/// Step of a joint's encoder or of its rounding, rad or m.
 ///
-/// The step is the smallest change. Changes of up to three steps are within a tenth of a step of a multiple: positions that were
-/// rounded once more when they were printed are, while only one in five of the changes of a smooth motion is.
+/// It is 0 if the changes between samples are not multiples of a step.
+///
+/// The step is the smallest change. Changes of up to three steps are within a tenth of a step of a multiple: positions that
+/// were rounded once more when they were printed are, while only one in five of the changes of a smooth motion is.
 fn encoder_step(log: &Log, joint: usize) -> f64 {
     let largest = log.position.iter().map(|row| row[joint].abs()).fold(0.0, f64::max);
     let changes = log.position.windows(2).map(|pair| (pair[1][joint] - pair[0][joint]).abs());

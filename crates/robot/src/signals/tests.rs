@@ -1,30 +1,12 @@
-//! Contract: on simulated logs with known accelerations, the chosen cutoff is nearly the best one, whatever the noise and the clock; the
-//! filter has no delay and keeps linear relations.
+//! Contract: on simulated logs with known accelerations, the chosen cutoff is nearly the best one, whatever the noise and the
+//! clock; the filter has no delay and keeps linear relations.
 //!
 //! The motion is a sum of sines (Swevers 1997); the best cutoff is found by a scan with the true acceleration.
 use super::filter::{LowPass, decimation, highest_cutoff, second_difference, transient_s};
 use super::*;
+use crate::test_random::Random;
 use approx::assert_relative_eq;
 use std::f64::consts::PI;
-
-/// Uniform numbers in 0..1 (SplitMix64; Steele, Lea and Flood 2014).
-struct Random(u64);
-
-impl Random {
-    fn uniform(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    /// Standard normal number (Box and Muller 1958).
-    fn normal(&mut self) -> f64 {
-        let (radius, angle) = ((-2.0 * (1.0 - self.uniform()).ln()).sqrt(), 2.0 * PI * self.uniform());
-        radius * angle.cos()
-    }
-}
 
 /// Sum of sines: harmonics of 0.1 Hz with amplitudes that fall with the square of the frequency.
 struct Motion(Vec<(f64, f64, f64)>);
@@ -140,6 +122,17 @@ fn the_acceleration_is_nearly_as_good_as_at_the_best_cutoff() {
                 assert!(ratio < 1.3, "{interval} s, {harmonics} harmonics, {sensor:?}: {ratio}");
             }
         }
+    }
+}
+
+#[test]
+fn several_crests_of_a_slow_encoder_are_not_taken_for_motion() {
+    // Logs in which the spectrum of the rounding has a second crest, when the motion passes the steps at two typical rates.
+    for (seed, harmonics, amplitude) in [(101, 20, 1.0), (102, 10, 0.3)] {
+        let motion = Motion::new(seed, harmonics, amplitude);
+        let log = log(uniform_clock(2e-4, 10.0), &[(&motion, Sensor::Encoder(14))]);
+        let ratio = error_over_best(&log, &motion);
+        assert!(ratio < 1.3, "{seed}: {ratio}");
     }
 }
 
