@@ -2,6 +2,7 @@
 
 mod algebra;
 pub mod base_parameters;
+pub mod consistency;
 mod derivatives;
 pub mod description;
 mod error;
@@ -11,7 +12,7 @@ mod inertia;
 mod inverse_dynamics;
 mod joint_motion;
 mod lanes;
-mod export;
+pub mod least_squares;
 mod mjcf;
 mod names;
 mod origins;
@@ -20,8 +21,6 @@ mod regressor;
 mod rotation;
 pub mod signals;
 mod structure;
-pub mod consistency;
-pub mod least_squares;
 #[cfg(test)]
 mod test_random;
 pub mod tree;
@@ -40,7 +39,6 @@ pub use forward_dynamics::{forward_dynamics, mass_matrix};
 pub use inertia::{dynamic_parameters, inertia_of, moved};
 pub use inverse_dynamics::inverse_dynamics;
 pub use lanes::Lanes;
-pub use export::{Changes, JointChange, to_mjcf, to_urdf, write_back};
 pub use mjcf::read_mjcf;
 pub use read::read;
 pub use regressor::regressor;

@@ -169,8 +169,7 @@ pub(super) fn declare(file: &Item<'_, '_>) -> Result<Option<Declared>, ModelErro
     let tree = Tree::new(&description, &joints, &locked)
         .map_err(|e| list.error(Fault::Robot { cause: e.to_string() }))?;
     if item.entry("torque").is_some() {
-        tree.check_inertia(&description, &joints)
-            .map_err(|e| list.error(Fault::Robot { cause: e.to_string() }))?;
+        tree.check_inertia(&description).map_err(|e| list.error(Fault::Robot { cause: e.to_string() }))?;
     }
     let gravity = match item.entry("gravity_m_s2") {
         Some(entry) => {

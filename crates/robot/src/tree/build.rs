@@ -25,7 +25,6 @@ impl Tree {
     ///
     /// # Errors
     /// If a name is unknown, stated twice, or that of a fixed or coupled joint; if an unsupported element acts on a moving
-    /// joint; or if the joints form a loop.
     /// joint; or if the joints form a loop. See [`Tree::check_inertia`] for links without inertia.
     pub fn new(robot: &Robot, joints: &[String], locked: &BTreeMap<String, f64>) -> Result<Tree, TreeError> {
         let named = named_joints(robot, joints)?;
@@ -35,14 +34,6 @@ impl Tree {
             .collect::<Result<Vec<_>, _>>()?;
         check_supported(robot, &motions)?;
         assemble(robot, &motions, named.len())
-    }
-
-    /// Checks that the named joints of this tree move positive inertias, without which there is no forward dynamics.
-    ///
-    /// # Errors
-    /// The first joint without one: the mass matrix would be singular.
-    pub fn check_inertia(&self, robot: &Robot, joints: &[String]) -> Result<(), TreeError> {
-        check_inertia(robot, self, &named_joints(robot, joints)?)
     }
 }
 

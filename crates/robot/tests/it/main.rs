@@ -1,11 +1,6 @@
 //! Tests of the crate's public items, in one program.
 
 mod arms;
-mod dynamics;
-mod energy;
-mod tree;
-use augsim_robot::description::Inertia;
-//! Tests of the crate's public interface.
 mod conversion;
 mod dynamics;
 mod energy;
@@ -18,6 +13,8 @@ mod shared_data;
 mod tree;
 mod urdf;
 mod write_back;
+
+use augsim_robot::description::Inertia;
 
 /// Text of a file in `fixtures/robots`.
 fn fixture(name: &str) -> String {
