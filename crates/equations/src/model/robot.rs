@@ -111,8 +111,8 @@ const LINK_ENDINGS: [&str; 19] = [
 /// Names of the parameters that state the acceleration of gravity.
 const GRAVITY_NAMES: [&str; 3] = ["gravity_x_m_s2", "gravity_y_m_s2", "gravity_z_m_s2"];
 
-/// Standard gravity along the negative z axis of the base, m/s2.
-const STANDARD_GRAVITY: [f64; 3] = [0.0, 0.0, -9.80665];
+/// Gravity along the negative z axis of the base that simulators of robots assume where nothing is stated, m/s2.
+const STANDARD_GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
 /// Name of a joint or link in expressions: characters that no name may have become `_`.
 pub fn plain_name(name: &str) -> String {
@@ -147,7 +147,6 @@ pub(super) fn declare(file: &Item<'_, '_>) -> Result<Option<Declared>, ModelErro
         "speed",
         "acceleration",
         "torque",
-        "preparation",
     ])?;
     let missing = |key, example| item.error(Fault::Missing { key, example });
     let path = item.entry("file").ok_or_else(|| missing("file", "file = \"arm.urdf\""))?;
