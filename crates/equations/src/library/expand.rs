@@ -91,7 +91,9 @@ pub(super) fn expand(row: &Row, model: &Model) -> Result<Vec<Candidate>, ModelEr
             return Err(ModelError { place, fault, excerpt: None });
         };
         let first = candidates.len();
-        for place in &found {
+        // The torques of the inverse dynamics are filtered and thinned out: a lag shorter than that is a delay to first order.
+        let is_filtered = |target: Target| matches!(target, Target::Output(_)) && model.declared_states() == 0;
+        for place in found.iter().filter(|place| row.states.is_empty() || !is_filtered(place.target)) {
             candidates.push(expand_at(row, place, model, "")?);
         }
         // The same effect on all joints of a robot is one hypothesis, with values of each joint's own.
