@@ -28,6 +28,7 @@ pub use start::FirstSamples;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 pub(crate) use units::dimensions_of;
+pub use write::with_description_file;
 
 /// An expression of a model file, with its line and key in the file.
 #[derive(Debug, Clone, PartialEq)]
