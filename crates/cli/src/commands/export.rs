@@ -1,4 +1,4 @@
-//! `augsim export`: writes the equations of a model as LaTeX, Python or C.
+//! `augsim export`: writes the equations of a model as LaTeX, Python or C, or the description of its robot.
 
 use augsim_data::atomic_write;
 use augsim_session::export::{Language, export};
@@ -20,6 +20,10 @@ pub enum LanguageArg {
     Python,
     /// A C99 program.
     C,
+    /// The URDF description of the robot, with the identified values.
+    Urdf,
+    /// The MJCF description of the robot, with the identified values.
+    Mjcf,
 }
 
 /// Options of `export`.
@@ -27,7 +31,7 @@ pub enum LanguageArg {
 pub struct Export {
     /// Model file (TOML) of a ball, of pushes or of equations, or output folder of `discover`.
     pub model: PathBuf,
-    /// Language of the export.
+    /// Language of the export; `urdf` and `mjcf` are for models with `[robot]`.
     #[arg(long = "as", value_enum)]
     pub language: LanguageArg,
     /// File to write (default: print to standard output).
@@ -40,7 +44,7 @@ struct Written {
     text: String,
 }
 
-/// Runs `augsim export`: writes the equations of a model as LaTeX, Python or C.
+/// Runs `augsim export`: writes the equations of a model, or the description of its robot.
 pub fn run(args: &Export, output: &Output) -> anyhow::Result<Outcome> {
     let ModelOrRun::Model { file, .. } = ModelOrRun::from_path(&args.model)? else {
         return Err(Usage::model(args.model.display(), ModelFault::NetExported).into());
@@ -49,6 +53,8 @@ pub fn run(args: &Export, output: &Output) -> anyhow::Result<Outcome> {
         LanguageArg::Latex => Language::Latex,
         LanguageArg::Python => Language::Python,
         LanguageArg::C => Language::C,
+        LanguageArg::Urdf => Language::Urdf,
+        LanguageArg::Mjcf => Language::Mjcf,
     };
     if let Some(out) = &args.out {
         check_file(out, &[&file])?;

@@ -1,5 +1,5 @@
 //! Contract: the output folder of `fit` and of `discover` on a robot contains the robot's description, so that the other
-//! commands work on it after the folder of the declared model is gone.
+//! commands work on it after the folder of the declared model is gone, also the export of the description with the values found.
 
 use crate::command::{fail, succeed, succeed_json};
 use std::fmt::Write;
@@ -114,6 +114,17 @@ fn the_folder_of_a_discovery_is_complete_without_the_declared_model() {
         row["rmse"].as_f64().expect("a number")
     };
     assert!(rmse("augmented") < 0.05 && rmse("calibrated") > 0.1, "{score}");
+    // The pendulum's own file, with the friction that was found.
+    let exported = succeed(&["export", "found", "--as", "urdf"], d);
+    assert!(exported.contains("<!-- built in the workshop -->"), "{exported}");
+    let robot = augsim_robot::read(&exported, "exported").expect("a description");
+    let joint = &robot.joints[0];
+    assert!((joint.damping - VISCOUS).abs() < 0.02, "{exported}");
+    assert!((joint.friction_loss - COULOMB).abs() < 0.02, "{exported}");
+    succeed(&["export", "found", "--as", "mjcf", "--out", "pendulum.xml"], d);
+    let converted = std::fs::read_to_string(d.join("pendulum.xml")).expect("a file");
+    let converted = &augsim_robot::read(&converted, "pendulum.xml").expect("a description").joints[0];
+    assert_eq!((converted.damping, converted.friction_loss), (joint.damping, joint.friction_loss));
     let listed = succeed_json(&["report", "found"], d);
     assert!(!listed["figures"].as_array().expect("a list").is_empty(), "{listed}");
 }
@@ -135,4 +146,12 @@ fn a_description_in_the_output_folder_is_not_overwritten() {
     let model = std::fs::read_to_string(d.join("declared/robots/model.toml")).expect("a model");
     assert!(model.contains("file = \"pendulum.urdf\""), "{model}");
     assert_eq!(std::fs::read_to_string(d.join("declared/robots/pendulum.urdf")).expect("a file"), URDF);
+}
+
+#[test]
+fn a_model_without_a_robot_has_no_description_to_export() {
+    let dir = tempfile::tempdir().expect("a temporary directory");
+    let d = dir.path();
+    succeed(&["model", "new", "pendulum"], d);
+    fail(2, &["export", "pendulum.toml", "--as", "urdf"], d, &["pendulum.toml", "model from-robot"]);
 }
