@@ -2,6 +2,7 @@
 
 use augsim_data::atomic_write;
 use augsim_session::export::{Language, export};
+use augsim_session::robot::DescriptionCopy;
 use augsim_session::usage::ModelFault;
 use augsim_session::{ModelOrRun, Subject, folders};
 use augsim_terminal::destination::check_file;
@@ -9,7 +10,7 @@ use augsim_terminal::output::Output;
 use augsim_terminal::{Outcome, Usage};
 use serde::Serialize;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Languages that a model can be exported to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -56,10 +57,13 @@ pub fn run(args: &Export, output: &Output) -> anyhow::Result<Outcome> {
         LanguageArg::Urdf => Language::Urdf,
         LanguageArg::Mjcf => Language::Mjcf,
     };
+    let subject = Subject::read(&file)?;
     if let Some(out) = &args.out {
-        check_file(out, &[&file])?;
+        let description = DescriptionCopy::new(&subject, folders::parent_of(&file));
+        let inputs = [&file].into_iter().chain(description.as_ref().map(|copy| &copy.source));
+        check_file(out, &inputs.map(PathBuf::as_path).collect::<Vec<&Path>>())?;
     }
-    let text = export(&Subject::read(&file)?, language)?;
+    let text = export(&subject, language)?;
     let Some(out) = &args.out else {
         let written = Written { text };
         output.result(&written, || written.text.clone())?;

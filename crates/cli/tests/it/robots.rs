@@ -121,6 +121,7 @@ fn the_folder_of_a_discovery_is_complete_without_the_declared_model() {
     let joint = &robot.joints[0];
     assert!((joint.damping - VISCOUS).abs() < 0.02, "{exported}");
     assert!((joint.friction_loss - COULOMB).abs() < 0.02, "{exported}");
+    fail(2, &["export", "found", "--as", "urdf", "--out", "found/pendulum.urdf"], d, &["pendulum.urdf"]);
     succeed(&["export", "found", "--as", "mjcf", "--out", "pendulum.xml"], d);
     let converted = std::fs::read_to_string(d.join("pendulum.xml")).expect("a file");
     let converted = &augsim_robot::read(&converted, "pendulum.xml").expect("a description").joints[0];

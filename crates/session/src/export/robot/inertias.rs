@@ -11,6 +11,9 @@ use augsim_robot::{Changes, inertia_of};
 /// Share of a link's largest second moment that rounding may change.
 const ROUNDING: f64 = 1e-9;
 
+/// Relative difference of parameters that rounding explains.
+const EQUAL: f64 = 1e-12;
+
 /// Adds the inertias of the links that differ from the description file.
 ///
 /// The values of a fit are written as they are if a real body can have those of each link. Otherwise the nearest inertias of
@@ -42,10 +45,13 @@ pub(super) fn change(model: &Model, robot: &RobotModel, changes: &mut Changes) -
     Ok(())
 }
 
-/// Whether two lists of parameters agree within rounding.
+/// Whether two lists of parameters agree within rounding: mass, moments and tensor, each beside its largest element.
 fn is_equal(a: &[f64; 10], b: &[f64; 10]) -> bool {
-    let size = |k: usize| a[k].abs().max(b[k].abs());
-    (0..10).all(|k| (a[k] - b[k]).abs() <= 1e-12 * size(k))
+    [0..1, 1..4, 4..10].into_iter().all(|part| {
+        let (a, b) = (&a[part.clone()], &b[part]);
+        let size = a.iter().chain(b).fold(0.0_f64, |largest, value| largest.max(value.abs()));
+        a.iter().zip(b).all(|(a, b)| (a - b).abs() <= EQUAL * size)
+    })
 }
 
 /// Whether a real body, thin ones included, can have these parameters.
