@@ -72,9 +72,15 @@ impl Discovery {
         unlocked(py, || Ok(serde_json::to_string_pretty(&self.found)?))
     }
 
-    /// Returns the text of the model file with the added effects.
-    fn model_toml(&self) -> &str {
-        &self.found.model_toml
+    /// Returns the model with the added effects.
+    fn model(&self, py: Python<'_>) -> PyResult<Model> {
+        // The description of a robot is found beside the declared model file.
+        let file = match &self.subject {
+            Subject::Equations(model) => model.file.as_str(),
+            Subject::BuiltIn(_) => "model",
+        };
+        let subject = unlocked(py, || Subject::parse(&self.found.model_toml, file))?;
+        Ok(Model { subject, path: None })
     }
 
     /// Returns the report page as HTML, with links relative to `folder`.

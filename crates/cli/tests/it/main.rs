@@ -43,6 +43,7 @@ mod workflow;
 // Runs: files, bytes, resuming.
 mod outputs;
 mod resume;
+mod robots;
 mod run_directory;
 mod same_bytes;
 

@@ -9,6 +9,7 @@ mod equations;
 mod quantity;
 mod read;
 mod robot;
+mod robot_properties;
 mod row;
 mod scope;
 mod start;
@@ -22,12 +23,14 @@ use augsim_data::{Dimensions, Unit};
 pub use covariance::Covariance;
 pub use read::{parse, read};
 pub use robot::{Joint, LinkProperties, Property, RobotModel, plain_name};
+pub use robot_properties::RobotProperties;
 pub(crate) use row::read_all;
 pub use row::{Row, RowParameter};
 pub use start::FirstSamples;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 pub(crate) use units::dimensions_of;
+pub use write::with_description_file;
 
 /// An expression of a model file, with its line and key in the file.
 #[derive(Debug, Clone, PartialEq)]

@@ -455,7 +455,7 @@ impl RobotModel {
 }
 
 /// The ten inertial parameters of a link about the origin of its frame, in the order of `augsim_robot`.
-fn link_values<A: Algebra>(
+pub(super) fn link_values<A: Algebra>(
     a: &mut A,
     link: &LinkProperties,
     value_of: &mut impl FnMut(&mut A, usize) -> A::Value,

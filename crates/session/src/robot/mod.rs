@@ -4,6 +4,7 @@
 //! thinned out; and a model file with a section `[robot]` is written that the other commands take.
 
 mod columns;
+mod description_copy;
 mod draft;
 mod fault;
 mod identifiable;
@@ -14,6 +15,7 @@ use augsim_equations::ColumnExpression;
 use augsim_robot::description::{Drive, JointKind, Robot};
 use augsim_robot::signals::Preparation;
 use columns::JointColumns;
+pub use description_copy::DescriptionCopy;
 use draft::{Draft, DraftJoint};
 pub use draft::{Formulation, Free};
 pub use fault::RobotFault;
