@@ -44,8 +44,6 @@ pub(super) struct DraftJoint<'r> {
     pub position: String,
     pub speed: String,
     pub acceleration: String,
-    /// Column of the torque; `None` if the joint is commanded by position.
-    pub torque: Option<String>,
     /// Column of the commanded position, with the drive that follows it.
     pub command: Option<(String, Drive)>,
     /// Largest torque of the drive, from the file; `None` if unlimited.
@@ -62,7 +60,6 @@ impl<'r> DraftJoint<'r> {
             position: format!("q_{name}_{unit}"),
             speed: format!("w_{name}_{unit}_s"),
             acceleration: format!("a_{name}_{unit}_s2"),
-            torque: None,
             command: None,
             limit: None,
             speed_rms: 0.0,
