@@ -56,7 +56,7 @@ impl ColumnExpression {
     /// The first problem, with the text and a caret.
     pub fn parse(text: &str, columns: &[String], from: &str) -> Result<Self, ModelError> {
         let tree = text::parse(text, &Columns(columns), false).map_err(|(problem, span)| ModelError {
-            place: Place { file: from.into(), line: 1, key: String::new() },
+            place: Place { file: from.into(), line: 0, key: String::new() },
             fault: Box::new(Fault::Expression(problem)),
             excerpt: (!span.is_empty())
                 .then(|| Box::new(Excerpt { text: text.into(), start: span.start, end: span.end })),
@@ -82,6 +82,7 @@ mod tests {
             ColumnExpression::parse("45 * current5_A + 32 * current6_A", &columns, "--torque").unwrap();
         assert_eq!(torque.at(&|column| [2.0, -1.0][column]), 58.0);
         let error = ColumnExpression::parse("45 * curent5_A", &columns, "--torque").unwrap_err().to_string();
-        assert!(error.contains("current5_A"), "{error}");
+        let expected = "--torque: unknown name `curent5_A`; did you mean `current5_A`?\n";
+        assert!(error.starts_with(expected), "{error}");
     }
 }

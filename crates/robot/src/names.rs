@@ -1,13 +1,21 @@
 //! The known name that is closest to an unknown one, for error messages.
 
-/// The end of a message about an unknown name: the closest known name, or all of them if none is close.
+/// Number of names that a message lists.
+const MAX_LISTED: usize = 20;
+
+/// The end of a message about an unknown name: the closest known name, or a list if none is close.
 pub(crate) fn suggestion<'a>(name: &str, known: impl Iterator<Item = &'a str> + Clone) -> String {
     let closest = known.clone().map(|k| (edit_distance(name, k), k)).min();
     match closest {
         Some((distance, k)) if distance <= name.chars().count().max(3) / 2 => {
             format!("; did you mean `{k}`?")
         }
-        Some(_) => format!("; it has {}", known.map(|k| format!("`{k}`")).collect::<Vec<_>>().join(", ")),
+        Some(_) => {
+            let count = known.clone().count();
+            let listed = known.take(MAX_LISTED).map(|k| format!("`{k}`")).collect::<Vec<_>>().join(", ");
+            let more = count.saturating_sub(MAX_LISTED);
+            if more > 0 { format!("; it has {listed} and {more} more") } else { format!("; it has {listed}") }
+        }
         None => "; it has none".to_owned(),
     }
 }
@@ -41,5 +49,8 @@ mod tests {
         assert_eq!(suggestion("Elbows", known.into_iter()), "; did you mean `elbow`?");
         assert_eq!(suggestion("q1", known.into_iter()), "; it has `shoulder`, `elbow`, `wrist`");
         assert_eq!(suggestion("q1", std::iter::empty()), "; it has none");
+        let many: Vec<String> = (10..99).map(|k| format!("joint{k}")).collect();
+        let listed = suggestion("q1", many.iter().map(String::as_str));
+        assert!(listed.ends_with("`joint28`, `joint29` and 69 more"), "{listed}");
     }
 }

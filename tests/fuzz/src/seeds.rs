@@ -129,6 +129,13 @@ pub fn of(reader: &str) -> anyhow::Result<Vec<Files>> {
             files.push(Files::one("model.toml", format!("{}{EFFECTS}", augsim_equations::EXAMPLES[0].1)));
             files
         }
+        "robot-model" => {
+            robot_models(&fixture("robots/two-link-planar.urdf")?, &fixture("robots/slide-arm.xml")?)
+        }
+        "robot" => ROBOTS
+            .iter()
+            .map(|name| Ok(Files::one(name, fixture(&format!("robots/{name}"))?)))
+            .collect::<anyhow::Result<_>>()?,
         "written-data" => vec![Files::one("data.csv", TANKS)],
         "checkpoint" => {
             let state = Training::new(small_settings(), short_drops())?.state().clone();
@@ -308,6 +315,89 @@ a = { min = 0.0, typical = 2.0 }
 k = {}
 w = { of = "x", grid = [0.1, 0.3] }
 states = { z = { rate = "v - z", start = 0.0 } }
+"#;
+
+/// Descriptions of robots in the fixtures, in both formats.
+const ROBOTS: [&str; 9] = [
+    "two-link-planar.urdf",
+    "six-axis-arm.urdf",
+    "seven-axis-arm.urdf",
+    "gantry.urdf",
+    "torso.urdf",
+    "gripper.urdf",
+    "pendulum.xml",
+    "slide-arm.xml",
+    "two-hinges.xml",
+];
+
+/// Model files of two robots, each with its description: an arm in URDF, whose torques are the outputs, and a slide with an
+/// elbow in MJCF, whose forces are the inputs.
+fn robot_models(urdf: &[u8], mjcf: &[u8]) -> Vec<Files> {
+    let of = |model: &str, name: &str, description: &[u8]| {
+        Files(vec![("model.toml".into(), model.into()), (name.into(), description.to_vec())])
+    };
+    vec![of(INVERSE_ARM, "arm.urdf", urdf), of(FORWARD_SLIDE, "slide.xml", mjcf)]
+}
+
+/// Model file of an arm whose measured motion is the input, with free inertial parameters and effects on joints.
+const INVERSE_ARM: &str = r#"scenario = "system"
+[robot]
+file = "arm.urdf"
+joints = ["shoulder", "elbow"]
+gravity_m_s2 = [0.0, 0.0, -9.81]
+position = ["q1_rad", "q2_rad"]
+speed = ["w1_rad_s", "w2_rad_s"]
+acceleration = ["a1_rad_s2", "a2_rad_s2"]
+[inputs]
+q1_rad = {}
+w1_rad_s = {}
+a1_rad_s2 = {}
+q2_rad = {}
+w2_rad_s = {}
+a2_rad_s2 = {}
+[parameters]
+forearm_mass_kg = { nominal = 1.35, min = 0.0 }
+upper_arm_origin_inertia_yy_kg_m2 = { nominal = 0.1, unit = "kg m^2" }
+elbow_armature_kg_m2 = { nominal = 0.01, min = 0.0 }
+shoulder_viscous = { nominal = 0.35, min = 0.0, unit = "N m s" }
+[outputs]
+tau1_N_m = { value = "inverse_dynamics(shoulder) + shoulder_viscous * w1_rad_s", sd = "estimate" }
+tau2_N_m = { value = "inverse_dynamics(elbow)" }
+[[effect]]
+kind = "coulomb"
+on = "elbow"
+f = { nominal = 0.3, ci95 = [0.2, 0.4] }
+w = 0.05
+[[effect]]
+kind = "payload"
+on = "forearm"
+m = 0.2
+x = 0.1
+y = 0.0
+z = 0.0
+"#;
+
+/// Model file of a slide with an elbow, whose forces are the inputs and whose motion is the output.
+const FORWARD_SLIDE: &str = r#"scenario = "system"
+[robot]
+file = "slide.xml"
+joints = ["rail"]
+locked = { elbow = 0.4 }
+position = ["x_m"]
+speed = ["v_m_s"]
+torque = ["force_N - friction_N * tanh(v_m_s / 0.01)"]
+[inputs]
+force_N = { hold = "zero" }
+[states]
+x_m = { start = "position_m" }
+v_m_s = { start = "slope(position_m)" }
+[parameters]
+friction_N = { nominal = 4.0, min = 0.0 }
+[rates]
+x_m = "v_m_s"
+v_m_s = "forward_dynamics(rail)"
+[outputs]
+position_m = { value = "x_m", sd = "estimate" }
 "#;
 
 /// CSV text of two tanks, with empty cells and an unused column.

@@ -44,7 +44,7 @@ struct FromRobotResult {
 /// Runs `augsim model from-robot`.
 pub fn run(args: &FromRobot, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let file = args.robot.file_name().map(|name| name.to_string_lossy().into_owned());
-    let file = file.ok_or_else(|| Usage::path(&args.robot, PathFault::Folder))?;
+    let file = file.ok_or_else(|| is_a_folder(&args.robot))?;
     if file == MODEL || file == DATA {
         return Err(Usage::path(&args.robot, PathFault::OtherModel).into());
     }
@@ -81,12 +81,18 @@ pub fn run(args: &FromRobot, force: bool, output: &Output) -> anyhow::Result<Out
     Ok(Outcome::Done)
 }
 
+/// The error that a path of a description is a folder.
+fn is_a_folder(path: &Path) -> DataError {
+    let cause = std::io::Error::other("it is a folder, and not a URDF or MJCF file");
+    DataError::Unreadable { path: path.to_path_buf(), cause }
+}
+
 /// Reads the description file.
 fn description(path: &Path) -> anyhow::Result<String> {
     let unreadable = |cause| DataError::Unreadable { path: path.to_path_buf(), cause };
     let about = std::fs::metadata(path).map_err(unreadable)?;
     if about.is_dir() {
-        return Err(Usage::path(path, PathFault::Folder).into());
+        return Err(is_a_folder(path).into());
     }
     if about.len() > MAX_DESCRIPTION_BYTES {
         let text = format!("{} bytes, but at most {MAX_DESCRIPTION_BYTES} are allowed", about.len());

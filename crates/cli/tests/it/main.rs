@@ -35,6 +35,7 @@ mod filtered;
 mod found;
 mod nets_of_equations;
 mod residual;
+mod robot;
 mod simulate_push;
 mod start;
 mod systems;

@@ -92,7 +92,8 @@ pub(super) fn expand(row: &Row, model: &Model) -> Result<Vec<Candidate>, ModelEr
         };
         let first = candidates.len();
         // The torques of the inverse dynamics are filtered and thinned out: a lag shorter than that is a delay to first order.
-        let is_filtered = |target: Target| matches!(target, Target::Output(_)) && model.declared_states() == 0;
+        let is_filtered =
+            |target: Target| matches!(target, Target::Output(_)) && model.declared_states() == 0;
         for place in found.iter().filter(|place| row.states.is_empty() || !is_filtered(place.target)) {
             candidates.push(expand_at(row, place, model, "")?);
         }

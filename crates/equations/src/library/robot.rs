@@ -46,11 +46,11 @@ fn load_places(robot: &RobotModel) -> Vec<Place> {
     places
 }
 
+/// A name of a library row for the first joint of a pair and one for the second, and the text that they stand for.
+type PairName = (&'static str, &'static str, fn(&Joint) -> Option<String>);
+
 /// Places for every two joints, with the speed `v` of the first and `u` of the second, and further names of both.
-fn pair_places(
-    robot: &RobotModel,
-    more: &[(&'static str, &'static str, fn(&Joint) -> Option<String>)],
-) -> Vec<Place> {
+fn pair_places(robot: &RobotModel, more: &[PairName]) -> Vec<Place> {
     let mut list = Vec::new();
     for (i, first) in robot.joints.iter().enumerate() {
         for (j, second) in robot.joints.iter().enumerate().skip(i + 1) {

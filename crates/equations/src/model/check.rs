@@ -34,11 +34,36 @@ pub(super) fn check(model: &Model, reader: Reader<'_>) -> Result<(), ModelError>
     if let Some(o) = model.outputs.iter().find(|o| !depends_on_state(&o.value, &state_dependent)) {
         return Err(reader.error(o.value.line, &o.value.key, Fault::NeverChanges));
     }
+    check_dynamics(model, reader)?;
     for text in model.numerics.widths.keys() {
         if !smoothed_arguments(model).any(|argument| argument == text) {
             let line = reader.text.find("sign_width").map_or(1, |position| reader.line(position));
             let fault = Fault::UnusedWidth { text: augsim_data::escaped_short(text) };
             return Err(reader.error(line, "numerics.sign_width", fault));
+        }
+    }
+    Ok(())
+}
+
+/// Checks that the joints have what the dynamics of a robot are computed from: accelerations, or torques of the drives.
+fn check_dynamics(model: &Model, reader: Reader<'_>) -> Result<(), ModelError> {
+    let Some(robot) = &model.robot else { return Ok(()) };
+    let has_acceleration = robot.joints.iter().all(|joint| joint.acceleration.is_some());
+    let has_torque = robot.joints.iter().all(|joint| joint.torque.is_some());
+    for expression in expressions(model) {
+        let cause = expression.tree.symbols().find_map(|symbol| match symbol {
+            Symbol::JointTorque(_) if !has_acceleration => Some(
+                "inverse_dynamics needs the acceleration of every joint; add acceleration = [\"a1_rad_s2\"] to [robot], with \
+                 one expression for each joint",
+            ),
+            Symbol::JointAcceleration(_) if !has_torque => Some(
+                "forward_dynamics needs the torque of every drive; add torque = [\"tau1_N_m\"] to [robot], with one expression \
+                 for each joint",
+            ),
+            _ => None,
+        });
+        if let Some(cause) = cause {
+            return Err(reader.error(expression.line, &expression.key, Fault::Robot { cause: cause.into() }));
         }
     }
     Ok(())

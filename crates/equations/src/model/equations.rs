@@ -62,7 +62,10 @@ impl<'n> Equations<'n> {
                 // A torque may use any value of [let], wherever [robot] is in the file.
                 let at_end = Item { line: usize::MAX, ..item.clone() };
                 let read = self.expression(&at_end, Site::Equation, false);
-                read.map(|expression| Expression { line: item.line, ..expression })
+                read.map(|expression| Expression { line: item.line, ..expression }).map_err(|mut e| {
+                    e.place.line = item.line;
+                    e
+                })
             })?;
             model.robot = Some(Arc::new(robot));
         }

@@ -108,7 +108,8 @@ fn declare(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<
     let scenario = file.entry("scenario").ok_or_else(|| missing("scenario", "scenario = \"system\""))?;
     scenario.word(&[("system", ())], "\"system\" for a system of equations")?;
     // The inverse dynamics of a robot need no states: the measured motion is an input.
-    let is_static = names.joints.len() > 0 && file.entry("states").is_none() && file.entry("rates").is_none();
+    let is_static =
+        !names.joints.is_empty() && file.entry("states").is_none() && file.entry("rates").is_none();
     for (key, example) in [
         ("states", "[states] with a line such as x_m = { start = \"position_m\" }"),
         ("rates", "[rates] with a line such as x_m = \"v_m_s\""),

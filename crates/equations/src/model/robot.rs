@@ -79,7 +79,7 @@ pub struct RobotModel {
     pub joints: Vec<Joint>,
     /// Inertial properties of the links of the tree.
     pub links: Vec<LinkProperties>,
-    /// Inertia of each joint's rotor, kg m2 or kg.
+    /// Inertia of the rotors that each joint turns, kg m2 or kg.
     pub armature: Vec<Property>,
     /// Acceleration of gravity in the frame of the base, m/s2.
     pub gravity: [Property; 3],
@@ -220,7 +220,11 @@ impl Declared {
             let expected = "a list with one expression in quotes for each joint";
             let values = entry.value.get_ref().as_array().ok_or_else(|| entry.wrong(expected))?;
             if values.len() != count {
-                return Err(entry.wrong(expected));
+                let cause = format!(
+                    "the list has {} expressions, but `joints` has {count}; give one expression for each joint",
+                    values.len()
+                );
+                return Err(entry.error(Fault::Robot { cause }));
             }
             values
                 .iter()
@@ -280,17 +284,16 @@ impl Declared {
         self.tree.links.iter().map(of_link).collect()
     }
 
+    /// Inertias of the rotors that each joint turns, its own and those of the joints that follow it.
     fn armature(&self, model: &Model) -> Vec<Property> {
-        let of_joint = |name: &String| {
-            let joint = self.description.joints.iter().find(|joint| plain_name(&joint.name) == *name);
-            let nominal = joint.map_or(0.0, |joint| joint.armature);
+        let of_joint = |(name, nominal): (&String, f64)| {
             let other = property(model, &format!("{name}_armature_kg"), nominal);
             match model.parameter(&format!("{name}_armature_kg_m2")) {
                 Some(index) => Property::Parameter(index),
                 None => other,
             }
         };
-        self.joints.iter().map(of_joint).collect()
+        self.joints.iter().zip(self.tree.armature(&self.description)).map(of_joint).collect()
     }
 }
 

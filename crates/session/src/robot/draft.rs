@@ -62,7 +62,6 @@ impl<'r> DraftJoint<'r> {
             position: format!("q_{name}_{unit}"),
             speed: format!("w_{name}_{unit}_s"),
             acceleration: format!("a_{name}_{unit}_s2"),
-            torque: None,
             command: None,
             limit: None,
             speed_rms: 0.0,

@@ -12,6 +12,7 @@ mod log;
 
 use augsim_data::{Column, Dataset, Trajectory, Unit};
 use augsim_equations::ColumnExpression;
+use augsim_robot::Tree;
 use augsim_robot::description::{Drive, JointKind, Robot};
 use augsim_robot::signals::Preparation;
 use columns::JointColumns;
@@ -20,6 +21,7 @@ use draft::{Draft, DraftJoint};
 pub use draft::{Formulation, Free};
 pub use fault::RobotFault;
 use log::JointLog;
+use std::collections::BTreeMap;
 
 /// Gravity along the negative z axis of the base that simulators of robots assume where nothing is stated, m/s2.
 const STANDARD_GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
@@ -67,7 +69,8 @@ pub struct RobotModel {
 /// Makes a model of a robot from its description and a joint log.
 ///
 /// # Errors
-/// A joint that the description lacks, columns of the log that cannot be assigned, a log that is too short to filter.
+/// A joint that the description lacks or that cannot move, columns of the log that cannot be assigned, a log that is too short
+/// to filter.
 pub fn model_from_robot(
     robot: &Robot,
     log: &Dataset,
@@ -76,6 +79,10 @@ pub fn model_from_robot(
     let names = moving_joints(robot, log, request)?;
     let signals = JointSignals::find(robot, log, &names, request)?;
     let formulation = signals.formulation(request)?;
+    let tree = Tree::new(robot, &names, &BTreeMap::new())?;
+    if formulation == Formulation::Forward {
+        tree.check_inertia(robot)?;
+    }
     let gravity = request.gravity.or(robot.gravity_m_s2).unwrap_or(STANDARD_GRAVITY);
     let mut notes = robot.warnings();
     notes.extend(unsupported(robot));
