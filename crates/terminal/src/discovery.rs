@@ -13,6 +13,7 @@ use augsim_discovery::{AllowedEffects, Discovery, Observer, Options, Progress};
 use augsim_session::discovery_page::page;
 use augsim_session::equations::figures::figures;
 use augsim_session::equations::fit::OutOfTime;
+use augsim_session::joints::ResultFile;
 use augsim_session::{DiscoverRequest, Discovered, OpenData, ReportContext, Subject, discover_in};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Sender;
@@ -97,7 +98,8 @@ fn run(
     found.notes.iter().filter(is_new).for_each(|note| output.note(note));
 
     claim.begin()?;
-    claim.write(RESULT, &serde_json::to_string_pretty(&found)?)?;
+    let result = ResultFile::new(&subject, &found, read.as_ref());
+    claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
     claim.write(MODEL, &found.model_toml)?;
     let mut context = ReportContext::new(Some(&args.model), &data, &request, &args.out, &|path| {
         claim.record().fingerprint_of(path)

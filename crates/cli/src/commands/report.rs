@@ -54,7 +54,7 @@ pub fn run(args: &ReportArgs, output: &Output) -> anyhow::Result<Outcome> {
     let Some(found) = discovery_in(&args.folder) else {
         return Err(Usage::path(&args.folder, PathFault::NoDiscovery).into());
     };
-    let subject = Subject::parse(&found.models.declared_toml, "the declared model")?;
+    let subject = Subject::parse(&found.models.declared_toml, &declared_file(&args.folder))?;
     let mut context = ReportContext::default();
     match data_of(&args.folder) {
         Some(data) => {
@@ -89,6 +89,13 @@ pub fn run(args: &ReportArgs, output: &Output) -> anyhow::Result<Outcome> {
     let listed = Listed { figures: vec![wanted.clone()], written: Some(out.clone()) };
     output.result(&listed, || format!("figure: {}", out.display()))?;
     Ok(Outcome::Done)
+}
+
+/// Path of the declared model, beside which the description file of a robot lies; another name if it is not known.
+fn declared_file(folder: &Path) -> String {
+    let record = Record::read(folder).ok().flatten();
+    let path = record.and_then(|record| record.paths.get("model").map(|path| folder.join(path)));
+    path.map_or_else(|| "the declared model".to_owned(), |path| path.display().to_string())
 }
 
 /// Data that the discovery in `folder` used; `None` where a file was changed or moved.
