@@ -454,6 +454,7 @@ pub(crate) fn report(parts: &AnswerParts<'_>) -> Result<Discovery, DiscoveryErro
         models: parts.models()?,
         heldout: parts.prepared.held_out.iter().map(|&j| data.records[j].data.id.clone()).collect(),
         examples: Vec::new(),
+        fold_example: parts.errors.example.clone(),
         cut_after_s: None,
         work: data.work.totals(),
     };

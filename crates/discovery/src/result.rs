@@ -476,6 +476,10 @@ pub struct Discovery {
     /// Held-out trajectories with the best, the median and the worst prediction of the augmented model.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub examples: Vec<Example>,
+    /// Typical prediction on a part of the data by the models fitted without it, where cross-validation gives the
+    /// errors; absent where records were held out, whose predictions are under `examples`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fold_example: Option<Example>,
     /// Seconds of run time after which the deadline ended the search; absent if the search was complete.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cut_after_s: Option<f64>,

@@ -45,7 +45,7 @@ pub(super) fn blocks(context: &ReportContext, subject: &Subject, d: &Discovery) 
         &figures.joints
     };
     let Some(first) = joints.first() else { return Vec::new() };
-    let mut blocks = vec![Block::Table(table(joints, first))];
+    let mut blocks = vec![Block::Table(table(joints, first, d))];
     let others = effects_on_whole_arm(subject, d, joints);
     if !others.is_empty() {
         let names: Vec<String> = others.iter().map(|name| format!("`{name}`")).collect();
@@ -80,7 +80,7 @@ fn values(effect: &JointEffect) -> String {
 }
 
 /// Table with one row for each joint and effect; the errors of a joint are in its first row.
-fn table(joints: &[JointResult], first: &JointResult) -> Table {
+fn table(joints: &[JointResult], first: &JointResult, d: &Discovery) -> Table {
     let has_percent = joints.iter().any(|joint| joint.measured_sd.is_some());
     let is_uniform = joints.iter().all(|joint| joint.unit == first.unit);
     let mut rows = Vec::new();
@@ -129,18 +129,29 @@ fn table(joints: &[JointResult], first: &JointResult) -> Table {
         caption: format!("Effects and {word} errors of the joints on held-out data"),
         columns,
         rows,
-        footnotes: vec![format!(
-            "Error: root mean square of measured minus predicted {word} on data that the model was not fitted to; before: calibrated \
-             model, after: with the effects added. Error removed: increase of the joint's error when the effect is removed and the \
-             others are fitted again, in % of the error before. Sd: standard deviation of the measured {word}."
-        )],
+        footnotes: vec![footnote(word, d)],
     }
+}
+
+/// Footnote that explains the columns of the table.
+fn footnote(word: &str, d: &Discovery) -> String {
+    // Without held-out records only one effect has an error by models that did not use the data.
+    let on = match d.heldout.is_empty() && d.effects.len() > 1 {
+        true => ", on the data that the models were fitted to",
+        false => "",
+    };
+    format!(
+        "Error: root mean square of measured minus predicted {word} on data that the model was not fitted to; before: calibrated model, \
+         after: with the effects added. Error removed: increase of the joint's error when the effect is removed and the others are \
+         fitted again{on}, in % of the error before. Sd: standard deviation of the measured {word}."
+    )
 }
 
 /// Figures of all joints: predictions over time, and friction over speed.
 fn grid(joints: &[JointResult], friction: &[FrictionCurve], d: &Discovery) -> Option<Block> {
-    // The typical prediction, where there are three.
-    let example = d.examples.iter().find(|e| e.rank == "median").or(d.examples.first());
+    // Of cross-validation the prediction of a fold; otherwise the typical one of the held-out records.
+    let of_heldout = || d.examples.iter().find(|e| e.rank == "median").or(d.examples.first());
+    let example = d.fold_example.as_ref().or_else(of_heldout);
     let mut figures = Vec::new();
     for joint in joints {
         let channel = example.and_then(|e| e.channels.iter().find(|c| c.column == joint.measure));
@@ -157,7 +168,10 @@ fn grid(joints: &[JointResult], friction: &[FrictionCurve], d: &Discovery) -> Op
     if !d.effects.is_empty() {
         legend.push(line("augmented model", AFTER));
     }
-    let stretch = example.map_or_else(String::new, |e| format!(" Over time: {}, held out.", e.id));
+    // A run that was stopped has predictions of fitted records only.
+    let is_held_out = d.fold_example.is_some() || !d.heldout.is_empty();
+    let what = if is_held_out { "held out" } else { "of the data that the models were fitted to" };
+    let stretch = example.map_or_else(String::new, |e| format!(" Over time: {}, {what}.", e.id));
     let friction = match first.quantity {
         Quantity::Torque => {
             " Friction: torque that depends on the speed of this joint alone, in the augmented model; the points are the measured torque \
