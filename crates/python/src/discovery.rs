@@ -7,6 +7,7 @@ use crate::source::{Source, accepted};
 use augsim_discovery::{AllowedEffects, Options};
 use augsim_report::page::Page;
 use augsim_session::discovery_page::page;
+use augsim_session::joints::ResultFile;
 use augsim_session::provenance::fingerprint;
 use augsim_session::{DataFrom, DiscoverRequest, ReportContext, Subject};
 use pyo3::prelude::*;
@@ -69,7 +70,7 @@ impl Discovery {
 impl Discovery {
     /// Returns the result as the text of `result.json`.
     fn json(&self, py: Python<'_>) -> PyResult<String> {
-        unlocked(py, || Ok(serde_json::to_string_pretty(&self.found)?))
+        unlocked(py, || Ok(serde_json::to_string_pretty(&ResultFile::new(&self.subject, &self.found, None))?))
     }
 
     /// Returns the model with the added effects.

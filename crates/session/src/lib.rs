@@ -12,6 +12,7 @@ mod failure;
 pub mod filtered;
 pub mod folders;
 pub mod forecast;
+pub mod joints;
 mod model_or_run;
 pub mod predict;
 mod prefix_length;

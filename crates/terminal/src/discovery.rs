@@ -13,6 +13,7 @@ use augsim_discovery::{AllowedEffects, Discovery, Observer, Options, Progress};
 use augsim_session::discovery_page::page;
 use augsim_session::equations::figures::figures;
 use augsim_session::equations::fit::OutOfTime;
+use augsim_session::joints::ResultFile;
 use augsim_session::robot::DescriptionCopy;
 use augsim_session::{DiscoverRequest, Discovered, OpenData, ReportContext, Subject, discover_in};
 use std::path::{Path, PathBuf};
@@ -104,7 +105,8 @@ fn run(
     if let Some(copy) = &description {
         copy.refer_in(&mut found)?;
     }
-    claim.write(RESULT, &serde_json::to_string_pretty(&found)?)?;
+    let result = ResultFile::new(&subject, &found, read.as_ref());
+    claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
     let model = claim.write_model(MODEL, &found.model_toml, description.as_ref())?;
     let mut context = ReportContext::new(Some(&args.model), &data, &request, &args.out, &|path| {
         claim.record().fingerprint_of(path)

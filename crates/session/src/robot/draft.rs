@@ -44,8 +44,6 @@ pub(super) struct DraftJoint<'r> {
     pub position: String,
     pub speed: String,
     pub acceleration: String,
-    /// Column of the torque; `None` if the joint is commanded by position.
-    pub torque: Option<String>,
     /// Column of the commanded position or speed, with the drive that follows it and its gear ratio.
     pub command: Option<(String, Drive, f64)>,
     /// Largest torque of the drive, from the file; `None` if unlimited.
