@@ -103,7 +103,7 @@ fn log(path: &Path, columns: Vec<ColumnMapping>) -> Result<Dataset, String> {
 }
 
 fn text(path: &Path) -> Result<String, String> {
-    read_text(path).map_err(|e| reason(&e))
+    read_text(path).map_err(|e| format!("{}: {e}", path.display()))
 }
 
 /// Declares the TX40. Its columns of angles are those of the motors, in rad, and its currents are motor torques in N m.
