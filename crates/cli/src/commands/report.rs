@@ -92,13 +92,6 @@ pub fn run(args: &ReportArgs, output: &Output) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Path of the declared model, beside which the description file of a robot lies; another name if it is not known.
-fn declared_file(folder: &Path) -> String {
-    let record = Record::read(folder).ok().flatten();
-    let path = record.and_then(|record| record.paths.get("model").map(|path| folder.join(path)));
-    path.map_or_else(|| "the declared model".to_owned(), |path| path.display().to_string())
-}
-
 /// Data that the discovery in `folder` used; `None` where a file was changed or moved.
 fn data_of(folder: &Path) -> Option<DataFrom> {
     let record = Record::read(folder).ok().flatten()?;
