@@ -37,9 +37,9 @@ q_rad = { hold = "linear" }
 w_rad_s = { hold = "linear" }
 a_rad_s2 = { hold = "linear" }
 [parameters]
-pivot_viscous_N_m_s = { nominal = 0.1, min = 0.0 }
+pivot_viscous = { nominal = 0.1, min = 0.0, unit = "N m s" }
 [outputs]
-tau_N_m = { value = "inverse_dynamics(pivot) + pivot_viscous_N_m_s * w_rad_s", sd = "estimate" }
+tau_N_m = { value = "inverse_dynamics(pivot) + pivot_viscous * w_rad_s", sd = "estimate" }
 "#;
 
 /// Viscous friction of the simulated pendulum, N m s/rad.
