@@ -37,9 +37,9 @@ q_rad = { hold = "linear" }
 w_rad_s = { hold = "linear" }
 a_rad_s2 = { hold = "linear" }
 [parameters]
-pivot_viscous_N_m_s = { nominal = 0.1, min = 0.0 }
+pivot_viscous = { nominal = 0.1, min = 0.0, unit = "N m s" }
 [outputs]
-tau_N_m = { value = "inverse_dynamics(pivot) + pivot_viscous_N_m_s * w_rad_s", sd = "estimate" }
+tau_N_m = { value = "inverse_dynamics(pivot) + pivot_viscous * w_rad_s", sd = "estimate" }
 "#;
 
 /// Viscous friction of the simulated pendulum, N m s/rad.
@@ -124,7 +124,8 @@ fn the_folder_of_a_discovery_is_complete_without_the_declared_model() {
     fail(2, &["export", "found", "--as", "urdf", "--out", "found/pendulum.urdf"], d, &["pendulum.urdf"]);
     succeed(&["export", "found", "--as", "mjcf", "--out", "pendulum.xml"], d);
     let converted = std::fs::read_to_string(d.join("pendulum.xml")).expect("a file");
-    let converted = &augsim_robot::read(&converted, "pendulum.xml").expect("a description").joints[0];
+    let converted = augsim_robot::read(&converted, "pendulum.xml").expect("a description");
+    let converted = &converted.joints[converted.joint("pivot").expect("a joint")];
     assert_eq!((converted.damping, converted.friction_loss), (joint.damping, joint.friction_loss));
     let listed = succeed_json(&["report", "found"], d);
     assert!(!listed["figures"].as_array().expect("a list").is_empty(), "{listed}");

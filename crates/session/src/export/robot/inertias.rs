@@ -65,8 +65,9 @@ fn is_possible(parameters: &[f64; 10]) -> bool {
 
 /// What the user must know of inertias that are not those of the model.
 fn note(names: &[String], projection: &Projection) -> String {
-    let (deviation, count) = (digits(projection.chi_square), projection.combinations);
-    let verdict = if projection.is_within_uncertainty {
+    let [deviation, limit] = [projection.chi_square, projection.limit].map(digits);
+    let count = projection.combinations;
+    let verdict = if projection.chi_square <= projection.limit {
         "keep the identified combinations within their uncertainty"
     } else {
         "come closest to the identified combinations, which real bodies cannot have within their uncertainty: torques differ from \
@@ -80,7 +81,7 @@ fn note(names: &[String], projection: &Projection) -> String {
     format!(
         "the fit identified combinations of inertial parameters, and the values of {} alone are those of no real body. The \
          inertias in this file are those of real bodies near the original file that {verdict} (squared deviation {deviation} in \
-         units of the uncertainty, {count} combinations{unknown})",
+         units of the uncertainty, of {count} combinations; 95 % of estimates are below {limit}{unknown})",
         names.join(", ")
     )
 }

@@ -123,7 +123,8 @@ fn value_text(addition: &Addition, parameter: &Parameter) -> String {
 }
 
 fn unit_text(unit: Option<Unit>) -> String {
-    let symbol = unit.map_or_else(String::new, Unit::symbol);
+    // A torque has the dimensions of an energy, whose symbol is J.
+    let symbol = unit.map_or_else(String::new, Unit::symbol).replace('J', "N m");
     if symbol.is_empty() || symbol == "1" { String::new() } else { format!(" {symbol}") }
 }
 
