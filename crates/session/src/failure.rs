@@ -2,6 +2,7 @@
 
 use crate::Usage;
 use crate::equations::fit::OutOfTime;
+use crate::robot::RobotFault;
 use augsim_data::push::PushError;
 use augsim_data::{DataError, Source};
 use augsim_discovery::DiscoveryError;
@@ -33,8 +34,16 @@ impl Failure {
         if cause.is::<augsim_physics::model::ModelError>()
             || cause.is::<augsim_equations::ModelError>()
             || cause.is::<EngineError>()
+            || cause.is::<augsim_robot::DescriptionError>()
         {
             return Some(Failure::Model);
+        }
+        if let Some(e) = cause.downcast_ref::<RobotFault>() {
+            return Some(match e {
+                RobotFault::UnknownJoint { .. } | RobotFault::Expression(_) => Failure::Usage,
+                RobotFault::Tree(_) => Failure::Model,
+                _ => Failure::Data,
+            });
         }
         if let Some(e) = cause.downcast_ref::<DataError>() {
             return is_caused_by_option(e).then_some(Failure::Usage);

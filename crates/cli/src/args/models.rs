@@ -57,9 +57,9 @@ pub struct FromRobot {
     /// (`forward`); default: `inverse` if the log has torques.
     #[arg(long)]
     pub formulation: Option<FormulationArg>,
-    /// Acceleration of gravity in the frame of the base, in m/s2 (default: that of the file, or 0,0,-9.80665).
-    #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', num_args = 3, allow_hyphen_values = true)]
-    pub gravity: Vec<f64>,
+    /// Acceleration of gravity in the frame of the base, in m/s2 (default: that of the file, or 0,0,-9.81).
+    #[arg(long, value_name = "X,Y,Z", value_parser = three_numbers, allow_hyphen_values = true)]
+    pub gravity: Option<[f64; 3]>,
     /// Properties that a fit may change: `inertias` (those that the log can identify), `armature`, `viscous`.
     #[arg(long, value_name = "GROUP,…", value_delimiter = ',')]
     pub free: Vec<FreeArg>,
@@ -89,6 +89,16 @@ pub enum FreeArg {
     Armature,
     /// Viscous friction of every joint.
     Viscous,
+}
+
+/// Reads three numbers that are separated by commas.
+fn three_numbers(text: &str) -> Result<[f64; 3], String> {
+    let numbers: Vec<f64> = text.split(',').filter_map(|number| number.trim().parse().ok()).collect();
+    let finite = numbers.iter().all(|number| number.is_finite());
+    match <[f64; 3]>::try_from(numbers) {
+        Ok(three) if finite && text.split(',').count() == 3 => Ok(three),
+        _ => Err("write three numbers, such as 0,0,-9.81".to_owned()),
+    }
 }
 
 /// Splits `JOINT=EXPRESSION` at the first equals sign.

@@ -133,7 +133,7 @@ fn request(args: &FromRobot, file: &str) -> RobotRequest {
             FormulationArg::Inverse => Formulation::Inverse,
             FormulationArg::Forward => Formulation::Forward,
         }),
-        gravity: <[f64; 3]>::try_from(args.gravity.clone()).ok(),
+        gravity: args.gravity,
         free: Free {
             inertias: frees(FreeArg::Inertias),
             armature: frees(FreeArg::Armature),

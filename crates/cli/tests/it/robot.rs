@@ -63,7 +63,7 @@ fn description() -> String {
 fn torques(robot: &Robot, tree: &Tree, motion: [[f64; 3]; 2]) -> [f64; 2] {
     let part = |k: usize| motion.map(|of_joint| of_joint[k]);
     let parameters = tree.body_parameters(&mut Numbers, &tree.link_parameters(robot));
-    let gravity = [0.0, 0.0, -9.80665];
+    let gravity = [0.0, 0.0, -9.81];
     let (position, speed, acceleration) = (part(0), part(1), part(2));
     let rigid = inverse_dynamics(&mut Numbers, tree, &parameters, gravity, &position, &speed, &acceleration);
     std::array::from_fn(|joint| {

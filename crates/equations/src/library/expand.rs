@@ -381,16 +381,17 @@ impl Candidate {
         }
         let Some(addition) = scratch.additions.last() else { return };
         let Some(change) = addition.changes.first() else { return };
-        let target_dimensions = match (change.target, change.how) {
-            (Target::Delay(_), _) => Some(Dimensions::TIME),
-            (_, How::Factor) => Some(Dimensions::NONE),
-            (Target::Rate(i), _) => model.states[i].unit.map(|u| u.dimensions() / Dimensions::TIME),
-            (Target::Output(i), _) => model.outputs[i].unit.map(Unit::dimensions),
-            (Target::Input(i), _) => model.inputs[i].unit.map(Unit::dimensions),
-            (Target::Parameter(i), _) => model.parameters[i].unit.map(Unit::dimensions),
-            (target, _) => {
-                model.robot.as_ref().and_then(|robot| robot.target_unit(target)).map(Unit::dimensions)
+        let target_unit = match (change.target, change.how) {
+            (Target::Delay(_), _) => Some(Unit::SECOND),
+            (_, How::Factor) => Some(Unit::DIMENSIONLESS),
+            (Target::Rate(i), _) => {
+                let per_second = |u: Unit| Unit::from_dimensions(u.dimensions() / Dimensions::TIME);
+                model.states[i].unit.and_then(per_second)
             }
+            (Target::Output(i), _) => model.outputs[i].unit,
+            (Target::Input(i), _) => model.inputs[i].unit,
+            (Target::Parameter(i), _) => model.parameters[i].unit,
+            (target, _) => model.robot.as_ref().and_then(|robot| robot.target_unit(target)),
         };
         let term = match change.how {
             // `1 + c z` is a pure number, so that the unit of c is one over that of z.
@@ -399,13 +400,20 @@ impl Candidate {
             }
             _ => dimensions_of(&scratch, &change.value.tree),
         };
-        let unit = target_dimensions.zip(term).and_then(|(target, term)| {
-            let dimensions = target / term;
+        let unit = target_unit.zip(term).and_then(|(target, term)| {
+            let dimensions = target.dimensions() / term;
             if dimensions.is_pure() {
                 return Some(Unit::DIMENSIONLESS);
             }
-            Unit::from_dimensions(dimensions)
+            // A torque has the dimensions of an energy, but nobody states it in joules.
+            let is_torque = target.dimensions() == torque_dimensions() && target.symbol() != "J";
+            if is_torque { target.over(term) } else { Unit::from_dimensions(dimensions) }
         });
         coefficients.iter().for_each(|i| self.parameters[*i].unit = unit);
     }
+}
+
+/// Dimensions of a torque: those of a force times a length.
+fn torque_dimensions() -> Dimensions {
+    Unit::parse("N m").map_or(Dimensions::NONE, Unit::dimensions)
 }

@@ -13,7 +13,7 @@ pub(super) enum Signal {
     Torque,
     /// Current of the drive, A.
     Current,
-    /// Commanded position, rad or m.
+    /// Commanded position, rad or m, or commanded speed, rad/s or m/s.
     Command,
 }
 
@@ -64,6 +64,7 @@ fn signal(column: &Column) -> Option<Signal> {
     match () {
         () if (is_angle || unit("m")) && is_command => Some(Signal::Command),
         () if is_angle || unit("m") => Some(Signal::Position),
+        () if is_command && (unit("m/s") || unit("1/s")) => Some(Signal::Command),
         () if is_command => None,
         () if unit("m/s") || unit("1/s") => Some(Signal::Speed),
         () if unit("N m") || unit("N") => Some(Signal::Torque),
@@ -86,10 +87,22 @@ fn number(name: &str) -> Option<usize> {
     rest[..end].parse().ok()
 }
 
+/// Numbers at the ends of the joints' names; `None` if a name has none, or if two are equal.
+fn joint_numbers(joints: &[String]) -> Option<Vec<usize>> {
+    let at_end = |name: &String| {
+        let digits = name.len() - name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
+        name[name.len() - digits..].parse().ok()
+    };
+    let numbers = joints.iter().map(at_end).collect::<Option<Vec<usize>>>()?;
+    let distinct: std::collections::BTreeSet<usize> = numbers.iter().copied().collect();
+    (distinct.len() == numbers.len()).then_some(numbers)
+}
+
 /// Assigns the columns of a log to the joints with these names.
 ///
-/// A column belongs to the joint whose name is in its own name. Columns without the name of a joint are numbered: the
-/// first number is that of the first joint. A single column of a kind belongs to the only joint.
+/// A column belongs to the joint whose name is in its own name. Other columns are numbered: they belong to the joint with
+/// the same number at the end of its name, if all joints have one, or else to the joints in their order. A single column of
+/// a kind belongs to the only joint.
 pub(super) fn assign(columns: &[Column], joints: &[String]) -> Vec<JointColumns> {
     let found: Vec<(usize, Signal)> =
         columns.iter().enumerate().filter_map(|(i, column)| Some((i, signal(column)?))).collect();
@@ -98,12 +111,20 @@ pub(super) fn assign(columns: &[Column], joints: &[String]) -> Vec<JointColumns>
     for signal in [Signal::Position, Signal::Speed, Signal::Torque, Signal::Current, Signal::Command] {
         let of_kind: Vec<usize> = found.iter().filter(|(_, s)| *s == signal).map(|(i, _)| *i).collect();
         let first = of_kind.iter().filter_map(|i| number(columns[*i].name())).min();
+        let numbers: Vec<usize> = of_kind.iter().filter_map(|i| number(columns[*i].name())).collect();
+        let by_number = joint_numbers(joints).filter(|joints| joints.iter().all(|n| numbers.contains(n)));
         for &index in &of_kind {
             let name = columns[index].name().to_lowercase();
             // The longest name wins: `arm_10` before `arm_1`.
             let named =
                 (0..joints.len()).filter(|j| name.contains(&lower[*j])).max_by_key(|j| lower[*j].len());
-            let numbered = || number(&name).zip(first).map(|(number, first)| number - first);
+            let numbered = || {
+                let found = number(&name)?;
+                match &by_number {
+                    Some(joints) => joints.iter().position(|n| *n == found),
+                    None => first.map(|first| found - first),
+                }
+            };
             let only = || (of_kind.len() == 1 && joints.len() == 1).then_some(0);
             let joint = named.or_else(numbered).or_else(only);
             if let Some(joint) = joint.filter(|j| *j < joints.len()) {
@@ -133,6 +154,16 @@ mod tests {
         let found = assign(&log, &joints(&["shoulder", "elbow"]));
         assert_eq!((found[0].position, found[0].speed, found[0].torque), (Some(0), Some(2), Some(4)));
         assert_eq!((found[1].position, found[1].speed, found[1].torque), (Some(1), Some(3), Some(5)));
+    }
+
+    #[test]
+    fn the_number_of_a_joint_counts_before_its_place() {
+        let log = columns(&["q1_rad", "q2_rad", "tau1_N_m", "tau2_N_m"]);
+        let found = assign(&log, &joints(&["joint2"]));
+        assert_eq!((found[0].position, found[0].torque), (Some(1), Some(3)));
+        // Joints whose numbers the columns do not have are taken in order.
+        let found = assign(&log, &joints(&["joint_11", "joint_12"]));
+        assert_eq!((found[0].position, found[1].position), (Some(0), Some(1)));
     }
 
     #[test]

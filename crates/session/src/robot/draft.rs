@@ -44,8 +44,8 @@ pub(super) struct DraftJoint<'r> {
     pub position: String,
     pub speed: String,
     pub acceleration: String,
-    /// Column of the commanded position, with the drive that follows it.
-    pub command: Option<(String, Drive)>,
+    /// Column of the commanded position or speed, with the drive that follows it and its gear ratio.
+    pub command: Option<(String, Drive, f64)>,
     /// Largest torque of the drive, from the file; `None` if unlimited.
     pub limit: Option<f64>,
     /// Root mean square of the speed in the log, which the width of the smoothed sign is a share of.
@@ -77,9 +77,10 @@ impl<'r> DraftJoint<'r> {
         format!("tau_{}_{}", self.name, if self.is_prismatic() { "N" } else { "N_m" })
     }
 
-    /// Name of the joint's column of commanded positions.
-    pub fn command_name(&self) -> String {
-        format!("command_{}_{}", self.name, if self.is_prismatic() { "m" } else { "rad" })
+    /// Name of the joint's column of commands to a drive: positions, or speeds for a speed loop.
+    pub fn command_name(&self, drive: Drive) -> String {
+        let per_second = if matches!(drive, Drive::Velocity { .. }) { "_s" } else { "" };
+        format!("command_{}_{}{per_second}", self.name, if self.is_prismatic() { "m" } else { "rad" })
     }
 }
 
@@ -193,7 +194,7 @@ impl Draft<'_> {
         *out += &self.robot_section(&format!("torque = [{}]", torques.join(", ")));
         *out += "\n[inputs] # torque or commanded position of each drive\n";
         for joint in &self.joints {
-            let input = joint.command.as_ref().map_or_else(|| joint.torque_name(), |(name, _)| name.clone());
+            let input = joint.command.as_ref().map_or_else(|| joint.torque_name(), |(name, ..)| name.clone());
             let _ = writeln!(out, "{input} = {{ hold = \"zero\" }}");
         }
         if !parameters.is_empty() {
@@ -260,7 +261,12 @@ fn passive_torque(joint: &DraftJoint<'_>, free: Free, parameters: &mut String) -
 
 /// Torque of the drive of a joint: its column, or what its position or speed loop makes of the command.
 fn drive_torque(joint: &DraftJoint<'_>, parameters: &mut String) -> String {
-    let (name, Some((command, drive))) = (&joint.name, &joint.command) else { return joint.torque_name() };
+    let (name, Some((command, drive, gear))) = (&joint.name, &joint.command) else {
+        return joint.torque_name();
+    };
+    // The length and the speed of an actuator are the gear ratio times those of its joint, and so is its torque.
+    let geared =
+        |text: &str| if *gear == 1.0 { text.to_owned() } else { format!("{} * {text}", number(*gear)) };
     let [gain, damping, torque] =
         if joint.is_prismatic() { ["N/m", "N s/m", "N"] } else { ["N m", "N m s", "N m"] };
     let mut parameter = |ending: &str, value: f64, unit: &str| {
@@ -274,21 +280,23 @@ fn drive_torque(joint: &DraftJoint<'_>, parameters: &mut String) -> String {
         Drive::Motor => command.clone(),
         Drive::Velocity { kv } => {
             parameter("kv", *kv, damping);
-            format!("{name}_kv * ({command} - {})", joint.speed)
+            format!("{name}_kv * ({command} - {})", geared(&joint.speed))
         }
         Drive::Position { kp, kv } => {
             parameter("kp", *kp, gain);
             parameter("kv", *kv, damping);
-            format!("{name}_kp * ({command} - {}) - {name}_kv * {}", joint.position, joint.speed)
+            let (position, speed) = (geared(&joint.position), geared(&joint.speed));
+            format!("{name}_kp * ({command} - {position}) - {name}_kv * {speed}")
         }
     };
-    match joint.limit {
+    let limited = match joint.limit {
         Some(limit) => {
             parameter("limit", limit, torque);
             format!("clamp({wanted}, -{name}_limit, {name}_limit)")
         }
-        None => wanted,
-    }
+        None => format!("({wanted})"),
+    };
+    geared(&limited)
 }
 
 /// A number as TOML writes it, exactly.

@@ -21,8 +21,8 @@ pub use fault::RobotFault;
 use log::JointLog;
 use std::collections::BTreeMap;
 
-/// Standard gravity along the negative z axis of the base, m/s2.
-const STANDARD_GRAVITY: [f64; 3] = [0.0, 0.0, -9.80665];
+/// Gravity along the negative z axis of the base that simulators of robots assume where nothing is stated, m/s2.
+const STANDARD_GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
 /// What a model of a robot is made from.
 #[derive(Debug, Clone)]
@@ -119,6 +119,17 @@ pub fn model_from_robot(
     };
     let free = draft.properties.iter().map(|p| p.name.clone()).collect();
     Ok(RobotModel { text: draft.text(), data, joints: names, formulation, preparation, free, notes })
+}
+
+/// Number of joints of which a recording has both a position and a torque or current; at least two are a robot's log.
+pub fn joints_in_log(columns: &[Column]) -> usize {
+    // Names that no column contains, so that only numbers count.
+    let joints: Vec<String> = (1..=columns.len()).map(|k| format!("\u{1}{k}")).collect();
+    let assigned = columns::assign(columns, &joints);
+    assigned
+        .iter()
+        .filter(|joint| joint.position.is_some() && (joint.torque.or(joint.current)).is_some())
+        .count()
 }
 
 /// Describes the elements of the description file that are not supported.
@@ -275,9 +286,10 @@ impl JointSignals {
                     let loop_of = actuator.map(|a| a.drive).filter(|drive| *drive != Drive::Motor);
                     let drive =
                         loop_of.ok_or_else(|| RobotFault::NoPositionLoop { joint: names[index].clone() })?;
-                    joint.command = Some((joint.command_name(), drive));
-                    let range = actuator.and_then(|a| a.force_range.map(|[_, high]| high * a.gear.abs()));
-                    joint.limit = range.or(joint.joint.effort);
+                    let gear = actuator.map_or(1.0, |a| a.gear);
+                    joint.command = Some((joint.command_name(drive), drive, gear));
+                    let effort = joint.joint.effort.map(|effort| effort / gear.abs());
+                    joint.limit = actuator.and_then(|a| a.force_range.map(|[_, high]| high)).or(effort);
                     let parsed =
                         ColumnExpression::parse(&self.columns[commands[index]], &self.columns, "command");
                     inputs.push(parsed?);
@@ -291,9 +303,10 @@ impl JointSignals {
         }
         for joint in joints.iter() {
             let torque = if joint.is_prismatic() { "N" } else { "N m" };
-            let position = if joint.is_prismatic() { "m" } else { "rad" };
+            let [position, speed] = if joint.is_prismatic() { ["m", "m/s"] } else { ["rad", "rad/s"] };
             columns.push(match &joint.command {
-                Some((name, _)) => (name.clone(), position),
+                Some((name, Drive::Velocity { .. }, _)) => (name.clone(), speed),
+                Some((name, ..)) => (name.clone(), position),
                 None => (joint.torque_name(), torque),
             });
         }
