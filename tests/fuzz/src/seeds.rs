@@ -127,10 +127,9 @@ pub fn of(reader: &str) -> anyhow::Result<Vec<Files>> {
             let examples = augsim_equations::EXAMPLES.iter();
             let mut files: Vec<Files> = examples.map(|(_, text)| Files::one("model.toml", *text)).collect();
             files.push(Files::one("model.toml", format!("{}{EFFECTS}", augsim_equations::EXAMPLES[0].1)));
+            let [arm, slide] = ["robots/two-link-planar.urdf", "robots/slide-arm.xml"].map(fixture);
+            files.extend(robot_models(&arm?, &slide?));
             files
-        }
-        "robot-model" => {
-            robot_models(&fixture("robots/two-link-planar.urdf")?, &fixture("robots/slide-arm.xml")?)
         }
         "robot" => ROBOTS
             .iter()
