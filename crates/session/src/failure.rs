@@ -6,6 +6,7 @@ use crate::robot::RobotFault;
 use augsim_data::push::PushError;
 use augsim_data::{DataError, Source};
 use augsim_discovery::DiscoveryError;
+use augsim_robot::TreeError;
 use augsim_trainer::{EngineError, TrainerError};
 
 /// The kind of a failure, which decides the exit code and the Python exception.
@@ -41,6 +42,13 @@ impl Failure {
         if let Some(e) = cause.downcast_ref::<RobotFault>() {
             return Some(match e {
                 RobotFault::UnknownJoint { .. } | RobotFault::Expression(_) => Failure::Usage,
+                // Joints that the user named; those found in the log can move.
+                RobotFault::Tree(
+                    TreeError::UnknownJoint { .. }
+                    | TreeError::NamedTwice { .. }
+                    | TreeError::Fixed { .. }
+                    | TreeError::Coupled { .. },
+                ) => Failure::Usage,
                 RobotFault::Tree(_) => Failure::Model,
                 _ => Failure::Data,
             });

@@ -23,7 +23,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 /// All readers, in the order in which inputs take turns.
-pub const READERS: [Reader; 22] = [
+pub const READERS: [Reader; 21] = [
     reader("csv", Envelope::Plain, data),
     reader("csv-gzip", Envelope::Gzip, data),
     reader("ball-layout", Envelope::Plain, data),
@@ -34,7 +34,6 @@ pub const READERS: [Reader; 22] = [
     reader("ball-model", Envelope::Plain, model),
     reader("push-model", Envelope::Plain, model),
     reader("written-model", Envelope::Plain, written_model),
-    reader("robot-model", Envelope::Plain, written_model),
     reader("robot", Envelope::Plain, robot),
     reader("written-data", Envelope::Plain, written_data),
     reader("checkpoint", Envelope::Checkpoint, training_state),

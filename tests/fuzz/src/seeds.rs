@@ -127,10 +127,9 @@ pub fn of(reader: &str) -> anyhow::Result<Vec<Files>> {
             let examples = augsim_equations::EXAMPLES.iter();
             let mut files: Vec<Files> = examples.map(|(_, text)| Files::one("model.toml", *text)).collect();
             files.push(Files::one("model.toml", format!("{}{EFFECTS}", augsim_equations::EXAMPLES[0].1)));
+            let [arm, slide] = ["robots/two-link-planar.urdf", "robots/slide-arm.xml"].map(fixture);
+            files.extend(robot_models(&arm?, &slide?));
             files
-        }
-        "robot-model" => {
-            robot_models(&fixture("robots/two-link-planar.urdf")?, &fixture("robots/slide-arm.xml")?)
         }
         "robot" => ROBOTS
             .iter()
@@ -330,8 +329,8 @@ const ROBOTS: [&str; 9] = [
     "two-hinges.xml",
 ];
 
-/// Model files of two robots, each with its description: an arm in URDF, whose torques are the outputs, and a slide with an
-/// elbow in MJCF, whose forces are the inputs.
+/// Model files of two robots, each with its description: an elbow in URDF, whose torque is the output, and a slide with an
+/// locked elbow in MJCF, whose force is the input.
 fn robot_models(urdf: &[u8], mjcf: &[u8]) -> Vec<Files> {
     let of = |model: &str, name: &str, description: &[u8]| {
         Files(vec![("model.toml".into(), model.into()), (name.into(), description.to_vec())])
@@ -339,30 +338,29 @@ fn robot_models(urdf: &[u8], mjcf: &[u8]) -> Vec<Files> {
     vec![of(INVERSE_ARM, "arm.urdf", urdf), of(FORWARD_SLIDE, "slide.xml", mjcf)]
 }
 
-/// Model file of an arm whose measured motion is the input, with free inertial parameters and effects on joints.
+/// Model file of an elbow whose measured motion is the input, with free inertial parameters and effects.
 const INVERSE_ARM: &str = r#"scenario = "system"
 [robot]
 file = "arm.urdf"
-joints = ["shoulder", "elbow"]
+joints = ["elbow"]
+locked = { shoulder = 0.3 }
 gravity_m_s2 = [0.0, 0.0, -9.81]
-position = ["q1_rad", "q2_rad"]
-speed = ["w1_rad_s", "w2_rad_s"]
-acceleration = ["a1_rad_s2", "a2_rad_s2"]
+base = "fixed"
+position = ["q_rad"]
+speed = ["w_rad_s"]
+acceleration = ["a_rad_s2"]
 [inputs]
-q1_rad = {}
-w1_rad_s = {}
-a1_rad_s2 = {}
-q2_rad = {}
-w2_rad_s = {}
-a2_rad_s2 = {}
+q_rad = {}
+w_rad_s = {}
+a_rad_s2 = {}
 [parameters]
 forearm_mass_kg = { nominal = 1.35, min = 0.0 }
-upper_arm_origin_inertia_yy_kg_m2 = { nominal = 0.1, unit = "kg m^2" }
+forearm_moment_x_kg_m = { nominal = 0.2 }
+payload_origin_inertia_yy_kg_m2 = { nominal = 0.001, unit = "kg m^2" }
 elbow_armature_kg_m2 = { nominal = 0.01, min = 0.0 }
-shoulder_viscous = { nominal = 0.35, min = 0.0, unit = "N m s" }
+elbow_viscous = { nominal = 0.12, min = 0.0, unit = "N m s" }
 [outputs]
-tau1_N_m = { value = "inverse_dynamics(shoulder) + shoulder_viscous * w1_rad_s", sd = "estimate" }
-tau2_N_m = { value = "inverse_dynamics(elbow)" }
+tau_N_m = { value = "inverse_dynamics(elbow) + elbow_viscous * w_rad_s", sd = "estimate" }
 [[effect]]
 kind = "coulomb"
 on = "elbow"
@@ -372,12 +370,12 @@ w = 0.05
 kind = "payload"
 on = "forearm"
 m = 0.2
-x = 0.1
-y = 0.0
-z = 0.0
+p_x = 0.02
+p_y = 0.0
+p_z = 0.0
 "#;
 
-/// Model file of a slide with an elbow, whose forces are the inputs and whose motion is the output.
+/// Model file of a slide with a locked elbow, whose force is the input and whose motion is the output.
 const FORWARD_SLIDE: &str = r#"scenario = "system"
 [robot]
 file = "slide.xml"

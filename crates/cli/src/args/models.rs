@@ -29,7 +29,7 @@ pub enum ModelAction {
     },
     /// Write a model file and its data from a robot's URDF or MJCF file and a log of its joints.
     #[command(after_help = examples::FROM_ROBOT)]
-    FromRobot(FromRobot),
+    FromRobot(Box<FromRobot>),
 }
 
 /// Options of `model from-robot`.

@@ -63,7 +63,7 @@ fn description() -> String {
 fn torques(robot: &Robot, tree: &Tree, motion: [[f64; 3]; 2]) -> [f64; 2] {
     let part = |k: usize| motion.map(|of_joint| of_joint[k]);
     let parameters = tree.body_parameters(&mut Numbers, &tree.link_parameters(robot));
-    let gravity = [0.0, 0.0, -9.80665];
+    let gravity = [0.0, 0.0, -9.81];
     let (position, speed, acceleration) = (part(0), part(1), part(2));
     let rigid = inverse_dynamics(&mut Numbers, tree, &parameters, gravity, &position, &speed, &acceleration);
     std::array::from_fn(|joint| {
@@ -187,7 +187,12 @@ fn currents_become_torques_by_an_expression_of_the_columns() {
 
 /// Asserts that a command line ends with code 3 and exactly this sentence, and writes nothing.
 fn refused(folder: &Path, args: &[&str], sentence: &str) {
-    let error = fail(3, &[&["model", "from-robot"], args, &["--out", "arm"]].concat(), folder, &[]);
+    refused_with(3, folder, args, sentence);
+}
+
+/// Asserts that a command line ends with this code and exactly this sentence, and writes nothing.
+fn refused_with(code: i32, folder: &Path, args: &[&str], sentence: &str) {
+    let error = fail(code, &[&["model", "from-robot"], args, &["--out", "arm"]].concat(), folder, &[]);
     assert_eq!(error, format!("augsim: error: {sentence}\n"), "{args:?}");
     assert!(!folder.join("arm").exists(), "{args:?} wrote a folder");
 }
@@ -221,16 +226,18 @@ fn each_mistake_in_a_log_or_an_option_is_answered_with_a_remedy() {
          i2_A; give each with --torque, such as --torque 'joint_1=12.5 * current1_A'",
     );
     let closest = "`arm.urdf` has no joint `elbwo`; did you mean `elbow`?";
-    refused(d, &["arm.urdf", "log.csv", "--joints", "shoulder,elbwo"], closest);
+    refused_with(2, d, &["arm.urdf", "log.csv", "--joints", "shoulder,elbwo"], closest);
     let has = "arm.urdf has no joint `elbwo` that can move; it has shoulder, elbow";
-    refused(d, &["arm.urdf", "log.csv", "--position", "elbwo=q2_rad"], has);
-    refused(d, &["arm.urdf", "log.csv", "--torque", "elbwo=tau2_N_m"], has);
-    refused(
+    refused_with(2, d, &["arm.urdf", "log.csv", "--position", "elbwo=q2_rad"], has);
+    refused_with(2, d, &["arm.urdf", "log.csv", "--torque", "elbwo=tau2_N_m"], has);
+    refused_with(
+        2,
         d,
         &["arm.urdf", "log.csv", "--joints", "shoulder,flange"],
         "joint `flange` (arm.urdf, line 54) is fixed and cannot move; remove its name",
     );
-    refused(
+    refused_with(
+        2,
         d,
         &["arm.urdf", "log.csv", "--torque", "elbow=2 * tau3_N_m"],
         "--torque elbow: unknown name `tau3_N_m`; did you mean `tau1_N_m`?\n    2 * tau3_N_m\n        ^^^^^^^^",

@@ -4,7 +4,7 @@ use super::toml_reader::Item;
 use super::{Expression, Model, Target};
 use crate::error::{Fault, ModelError};
 use crate::text::{Bindings, Symbol};
-use augsim_data::Unit;
+use augsim_data::{Unit, escape_control_characters};
 use augsim_robot::{Algebra, Numbers, Robot, Tree, forward_dynamics, inverse_dynamics};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -155,8 +155,8 @@ pub(super) fn declare(file: &Item<'_, '_>) -> Result<Option<Declared>, ModelErro
         base.word(&[("fixed", ())], "\"fixed\"; robots with a moving base are not supported")?;
     }
     let text = description_text(&path, path_text)?;
-    let robot = |cause: String| path.error(Fault::Robot { cause });
-    let description = augsim_robot::read(&text, path_text).map_err(|e| robot(e.to_string()))?;
+    let description =
+        augsim_robot::read(&text, path_text).map_err(|e| path.error(robot_fault(&e.to_string())))?;
     let list = item.entry("joints").ok_or_else(|| missing("joints", "joints = [\"joint1\", \"joint2\"]"))?;
     let joints = list.texts("a list of the joints that move, such as [\"joint1\", \"joint2\"]")?;
     let mut locked = BTreeMap::new();
@@ -165,10 +165,10 @@ pub(super) fn declare(file: &Item<'_, '_>) -> Result<Option<Declared>, ModelErro
             locked.insert(name.to_owned(), value.number()?);
         }
     }
-    let tree = Tree::new(&description, &joints, &locked)
-        .map_err(|e| list.error(Fault::Robot { cause: e.to_string() }))?;
+    let tree =
+        Tree::new(&description, &joints, &locked).map_err(|e| list.error(robot_fault(&e.to_string())))?;
     if item.entry("torque").is_some() {
-        tree.check_inertia(&description).map_err(|e| list.error(Fault::Robot { cause: e.to_string() }))?;
+        tree.check_inertia(&description).map_err(|e| list.error(robot_fault(&e.to_string())))?;
     }
     let gravity = match item.entry("gravity_m_s2") {
         Some(entry) => {
@@ -188,11 +188,17 @@ pub(super) fn declare(file: &Item<'_, '_>) -> Result<Option<Declared>, ModelErro
     }))
 }
 
+/// The fault that a message describes, on one line and with control characters escaped.
+fn robot_fault(message: &str) -> Fault {
+    let cause = escape_control_characters(message).replace('\t', "\\t").replace('\n', " ");
+    Fault::Robot { cause }
+}
+
 /// Reads the text of a description file, whose path is relative to the folder of the model file.
 fn description_text(item: &Item<'_, '_>, path: &str) -> Result<String, ModelError> {
     let folder = Path::new(item.reader.file).parent().unwrap_or(Path::new(""));
     let path = folder.join(path);
-    let wrong = |cause: String| item.error(Fault::Robot { cause: format!("{}: {cause}", path.display()) });
+    let wrong = |cause: String| item.error(robot_fault(&format!("{}: {cause}", path.display())));
     let about = std::fs::metadata(&path).map_err(|e| wrong(format!("{e}; check the path")))?;
     if !about.is_file() {
         return Err(wrong("not a file; give the path of a URDF or MJCF file".into()));

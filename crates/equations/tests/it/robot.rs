@@ -60,7 +60,7 @@ impl Arm {
     }
 
     pub fn gravity(&self) -> [f64; 3] {
-        self.robot.gravity_m_s2.unwrap_or([0.0, 0.0, -9.80665])
+        self.robot.gravity_m_s2.unwrap_or([0.0, 0.0, -9.81])
     }
 
     /// Inertial parameters of the moving bodies.
@@ -365,9 +365,9 @@ w = 0.6
 kind = "payload"
 on = "forearm"
 m = 0.3
-x = 0.2
-y = 0.05
-z = 0.1
+p_x = 0.06
+p_y = 0.015
+p_z = 0.03
 [[effect]]
 kind = "rotor-inertia"
 on = "axis3"

@@ -109,7 +109,7 @@ fn check_changed(block: &str, change: impl Fn(&mut Arm), gravity: [f64; 3]) {
     }
 }
 
-const GRAVITY: [f64; 3] = [0.0, 0.0, -9.80665];
+const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
 #[test]
 fn a_rotor_inertia_is_an_armature() {
@@ -133,7 +133,7 @@ fn a_payload_is_a_point_mass_on_the_last_link() {
         parameters.iter_mut().zip(point).for_each(|(p, of_point)| *p += mass * of_point);
         arm.robot.links[link].inertia = augsim_robot::inertia_of(&parameters);
     };
-    let block = effect("payload", "flange", "m = 1.2\nx = 0.1\ny = -0.05\nz = 0.15");
+    let block = effect("payload", "flange", "m = 1.2\np_x = 0.12\np_y = -0.06\np_z = 0.18");
     check_changed(&block, add, GRAVITY);
 }
 

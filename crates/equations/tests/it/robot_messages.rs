@@ -57,6 +57,10 @@ fn a_description_that_cannot_be_read_is_named_with_its_path() {
         "arm.toml:3: robot.file: ../robots: not a file; give the path of a URDF or MJCF file"
     );
     assert_eq!(
+        with("two-link-planar.urdf", "no\\tsuch\\u001b.urdf"),
+        "arm.toml:3: robot.file: no\\tsuch\\u{1b}.urdf: No such file or directory (os error 2); check the path"
+    );
+    assert_eq!(
         with("two-link-planar.urdf", "golden.json"),
         "arm.toml:3: robot.file: golden.json, line 1: this is not well-formed XML: unknown token at 1:1; correct it, or save the \
          file again"
@@ -168,7 +172,7 @@ fn settings_of_the_robot_are_checked() {
     assert_eq!(
         setting("frame = 1"),
         "arm.toml:4: robot: unknown key `frame` (allowed here: file, joints, locked, gravity_m_s2, base, position, speed, \
-         acceleration, torque, preparation)"
+         acceleration, torque)"
     );
     assert_eq!(
         with("[outputs]", "[parameters]\nforearm_mas_kg = 1.0\n[outputs]"),

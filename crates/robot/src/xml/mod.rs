@@ -93,9 +93,10 @@ fn check_elements(document: &Document, file: &str) -> Result<(), DescriptionErro
         }
         let names =
             node.attributes().filter(|attribute| matches!(attribute.name(), "name" | "class" | "childclass"));
-        if let Some(longest) =
-            names.map(|attribute| attribute.value().len()).max().filter(|length| *length > MAX_NAME)
-        {
+        let lengths = names.map(|attribute| attribute.value().len());
+        let lengths = lengths.chain(node.attributes().map(|attribute| attribute.name().len()));
+        let longest = lengths.fold(node.tag_name().name().len(), usize::max);
+        if longest > MAX_NAME {
             let problem = format!("a name has {longest} bytes, and at most {MAX_NAME} are read");
             return Err(error(node, problem, "give a shorter name"));
         }
