@@ -2,9 +2,7 @@
 
 use super::published::{self, Published};
 use super::simulated;
-use augsim_data::{
-    ColumnMapping, DataError, Dataset, MissingCells, RecognitionOptions, read_text, recognise,
-};
+use augsim_data::{ColumnMapping, Dataset, MissingCells, RecognitionOptions, read_text, recognise};
 use augsim_session::robot::{Free, RobotRequest};
 use std::path::Path;
 
@@ -92,14 +90,10 @@ pub fn request(file: &str, log: &str, free: Free) -> RobotRequest {
     }
 }
 
-fn reason(error: &DataError) -> String {
-    error.to_string()
-}
-
 fn log(path: &Path, columns: Vec<ColumnMapping>) -> Result<Dataset, String> {
     let reading = RecognitionOptions { columns, ..RecognitionOptions::default() };
     let read = recognise(&[path.to_path_buf()], &reading, MissingCells::AsGap);
-    read.map(|read| read.data).map_err(|e| reason(&e))
+    read.map(|read| read.data).map_err(|e| e.to_string())
 }
 
 fn text(path: &Path) -> Result<String, String> {

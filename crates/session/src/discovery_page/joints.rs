@@ -7,6 +7,7 @@ use crate::joints::{
 use crate::{ReportContext, Subject};
 use augsim_data::{digits, estimate_digits};
 use augsim_discovery::{Discovery, Example, ExampleChannel};
+use augsim_report::capitalised;
 use augsim_report::figure::{Axis, Figure, Line, Mark, Series, Tone};
 use augsim_report::page::{Block, Cell, Column, Columns, Grid, LegendEntry, Row, Table};
 
@@ -190,7 +191,7 @@ fn over_time(joint: &JointResult, e: &Example, c: &ExampleChannel, has_effects: 
     let plain = |list: &[Option<f64>]| -> Vec<f64> { list.iter().map(|v| v.unwrap_or(f64::NAN)).collect() };
     let word = joint.quantity.word();
     let mut figure = Line::new(
-        &format!("{}: {word}", joint.joint),
+        &format!("{} of {}", capitalised(word), joint.joint),
         Axis::linear("time", "s"),
         Axis::linear(word, &c.unit),
     );
@@ -217,7 +218,7 @@ fn over_speed(curve: &FrictionCurve) -> Option<Figure> {
         return None;
     }
     let mut figure = Line::new(
-        &format!("{}: friction", curve.joint),
+        &format!("Friction of {}", curve.joint),
         Axis::linear("speed", &curve.speed_unit),
         Axis::linear("friction torque", &curve.torque_unit).with_zero(),
     );

@@ -123,11 +123,11 @@ fn page_shows_the_joints_in_a_section_with_their_figures() {
     let section = &text[start..end];
     for part in [
         "Coulomb friction",
-        "N\u{a0}m",
+        "f = 0.",
         "% of sd",
-        "left: torque",
-        "left: friction",
-        "right: torque",
+        "Torque of left",
+        "Friction of left",
+        "Torque of right",
         "held out",
     ] {
         assert!(section.contains(part), "{part}");
