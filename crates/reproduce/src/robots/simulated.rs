@@ -54,7 +54,7 @@ fn log() -> anyhow::Result<Dataset> {
         sd * normal
     };
     let times: Vec<f64> = (0..SAMPLES).map(|k| STEP_S * k as f64).collect();
-    let mut values = vec![Vec::with_capacity(SAMPLES); 4];
+    let mut values: Vec<Vec<f64>> = vec![Vec::new(); 4];
     for t in &times {
         let motion = MOTION.map(|sinusoids| {
             sinusoids.iter().fold([0.0; 3], |[q, v, a], (amplitude, frequency)| {

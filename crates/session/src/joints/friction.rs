@@ -234,3 +234,41 @@ fn symbols_under(tree: &Tree, node: usize) -> Vec<Symbol> {
     }
     symbols
 }
+
+#[cfg(test)]
+mod tests {
+    //! Contract: in the forward formulation friction has the sign that opposes motion, positions are compared, and terms
+    //! of other quantities are left out.
+    use super::*;
+    use crate::joints::Quantity;
+
+    const FORWARD: &str = "scenario = \"system\"\n[robot]\nfile = \"FILE\"\njoints = [\"shoulder\", \"elbow\"]\n\
+        position = [\"q1_rad\", \"q2_rad\"]\nspeed = [\"w1_rad_s\", \"w2_rad_s\"]\n\
+        torque = [\"tau1_N_m - (c * w1_rad_s + f * tanh(w1_rad_s / 0.1) + c * (w1_rad_s + w2_rad_s))\", \"tau2_N_m\"]\n\
+        [inputs]\ntau1_N_m = { hold = \"zero\" }\ntau2_N_m = { hold = \"zero\" }\n[parameters]\n\
+        c = { nominal = 0.5, unit = \"N m s\" }\nf = { nominal = 2.0, unit = \"N m\" }\n[states]\n\
+        q1_rad = { start = \"measured1_rad\" }\nw1_rad_s = { start = \"slope(measured1_rad)\" }\n\
+        q2_rad = { start = \"measured2_rad\" }\nw2_rad_s = { start = \"slope(measured2_rad)\" }\n[rates]\nq1_rad = \"w1_rad_s\"\n\
+        w1_rad_s = \"forward_dynamics(shoulder)\"\nq2_rad = \"w2_rad_s\"\nw2_rad_s = \"forward_dynamics(elbow)\"\n[outputs]\n\
+        measured1_rad = { value = \"q1_rad\", sd = \"estimate\" }\nmeasured2_rad = { value = \"q2_rad\", sd = \"estimate\" }\n";
+
+    #[test]
+    fn friction_of_the_forward_formulation_opposes_motion() {
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/robots/two-link-planar.urdf");
+        let model =
+            augsim_equations::model::parse(&FORWARD.replace("FILE", file), "arm.toml").expect("a model");
+        let robot = model.robot.clone().expect("a robot");
+        let (output, quantity) = measured_output(&model, 1, &robot.joints[1]).expect("an output");
+        assert_eq!((output.name.as_str(), quantity), ("measured2_rad", Quantity::Position));
+        let speed = Symbol::State(model.states.iter().position(|s| s.name == "w1_rad_s").expect("a state"));
+        let mut curve = FrictionCurve::default();
+        curve.add_model(&model, 0, speed, 3.0);
+        let (v, torque) = (curve.speed.last().expect("a speed"), curve.torque.last().expect("a torque"));
+        assert!((v - 3.0).abs() < 1e-12 && (torque - 3.5).abs() < 1e-6, "{torque} N m at {v} rad/s");
+        assert!((curve.torque[0] + 3.5).abs() < 1e-6, "odd in speed");
+        let elbow = Symbol::State(model.states.iter().position(|s| s.name == "w2_rad_s").expect("a state"));
+        let mut curve = FrictionCurve::default();
+        curve.add_model(&model, 1, elbow, 3.0);
+        assert!(curve.speed.is_empty(), "the elbow has no friction");
+    }
+}
