@@ -151,7 +151,7 @@ fn effects_and_parameters_of_joints_become_attributes_or_comments() {
          [[effect]]\nkind = \"coulomb\"\non = \"all joints\"\nf_turn = 3.0\nf_bend = 1.25\nw_turn = 0.05\nw_bend = 0.04\n\
          [[effect]]\nkind = \"rotor-inertia\"\non = \"bend\"\nJ = 0.02\n\
          [[effect]]\nkind = \"stribeck\"\non = \"bend\"\nf = 0.4\nw = 0.03\ns = 0.2\n\
-         [[effect]]\nkind = \"payload\"\non = \"fore\"\nm = 1.5\nx = 0.0\ny = 0.1\nz = 0.2\n",
+         [[effect]]\nkind = \"payload\"\non = \"fore\"\nm = 1.5\np_x = 0.0\np_y = 0.15\np_z = 0.3\n",
     );
     let text = description(&model, Format::Mjcf).expect("an export");
     let robot = read(&text);
