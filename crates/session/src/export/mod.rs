@@ -36,7 +36,7 @@ pub enum Language {
 /// Exports a model, with its parameter values, to a language.
 ///
 /// # Errors
-/// [`Usage`](crate::Usage) names the part of the model that cannot be exported, and an alternative; a model of
+/// [`Usage`] names the part of the model that cannot be exported, and an alternative; a model of
 /// equations that cannot be compiled gives the error of the compiler.
 pub fn export(subject: &Subject, language: Language) -> anyhow::Result<String> {
     let format = match language {
