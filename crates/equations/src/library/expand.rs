@@ -1,6 +1,7 @@
 //! Applies a row of the effect library to a model: replaces its names by the model's and infers units.
 
-use super::place::{Place, places};
+use super::place::places;
+use super::row_place::Place;
 use super::size::{describe_size, size_unit};
 use super::substitute::substitute;
 use crate::error::{Fault, ModelError, Place as FilePlace};

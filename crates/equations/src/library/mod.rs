@@ -6,6 +6,7 @@ mod formulas;
 mod named;
 mod place;
 mod robot;
+mod row_place;
 mod scale;
 mod size;
 mod substitute;

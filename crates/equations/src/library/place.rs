@@ -1,6 +1,7 @@
 //! Places of a model where a library row can be applied: equations, inputs, outputs and parameters.
 
 use super::robot;
+use super::row_place::Place;
 use crate::model::{Input, Model, Output, Parameter, Target};
 use crate::text::{Kind, Symbol, Tree};
 
@@ -61,18 +62,6 @@ fn proportional(model: &Model, tree: &Tree) -> Option<usize> {
         }
     }
     state
-}
-
-/// A place of a model to which a library row is applied.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Place {
-    pub(super) target: Target,
-    /// Further targets that the row changes, such as the second equation of a pair.
-    pub(super) others: Vec<Target>,
-    pub(super) on: String,
-    pub(super) with: Option<String>,
-    /// Names used in the library row, and the texts of the model that replace them.
-    pub(super) names: Vec<(&'static str, String)>,
 }
 
 /// Lists all places that a word stands for; `None` if it is neither a general place nor a name of the model.

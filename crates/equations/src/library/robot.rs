@@ -1,6 +1,6 @@
 //! Places of a robot where a library row can be applied: joints, pairs of joints, the last link and gravity.
 
-use super::place::Place;
+use super::row_place::Place;
 use crate::model::{Joint, RobotModel, Target};
 
 /// Places `force` of a robot: the torque on every joint, with its position and speed.

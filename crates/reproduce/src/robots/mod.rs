@@ -3,6 +3,7 @@
 //! Each row has the torque errors of the declared, the calibrated and the augmented model on held-out data, the effects
 //! found, and published values beside the found ones.
 
+mod declared;
 mod page;
 mod published;
 mod sets;

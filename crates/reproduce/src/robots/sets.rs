@@ -1,6 +1,7 @@
 //! The arms of `reproduce robots`: their files, and how each is declared from them.
 
-use super::published::{self, Published};
+use super::declared::{Declared, request};
+use super::published;
 use super::simulated;
 use augsim_data::{ColumnMapping, Dataset, MissingCells, RecognitionOptions, read_text, recognise};
 use augsim_session::robot::{Free, RobotRequest};
@@ -17,21 +18,6 @@ pub struct Set {
     pub source: &'static str,
     /// Declares the arm from the files of the folder; the error is the reason why it cannot be declared.
     pub declare: fn(&Path) -> Result<Declared, String>,
-}
-
-/// An arm that is declared from its files.
-#[derive(Debug)]
-pub struct Declared {
-    /// Text of the description file.
-    pub description: String,
-    /// Name of the description file beside the model file.
-    pub file: &'static str,
-    /// Log of the joints.
-    pub log: Dataset,
-    /// How a model is made from both.
-    pub request: RobotRequest,
-    /// Published values, or true ones of a simulated arm.
-    pub published: Vec<Published>,
 }
 
 /// All arms of `reproduce robots`.
@@ -74,21 +60,7 @@ pub const SETS: [Set; 5] = [
 ];
 
 /// Description of the Panda with the inertias of its manufacturer.
-const PANDA: &str = include_str!("../../../../fixtures/robots/panda.urdf");
-
-/// Request of a model in the formulation that the log allows, with the gravity of the description.
-pub fn request(file: &str, log: &str, free: Free) -> RobotRequest {
-    RobotRequest {
-        joints: Vec::new(),
-        positions: Vec::new(),
-        torques: Vec::new(),
-        formulation: None,
-        gravity: None,
-        free,
-        file: file.to_owned(),
-        log: log.to_owned(),
-    }
-}
+const PANDA: &str = include_str!("../../robots/panda.urdf");
 
 fn log(path: &Path, columns: Vec<ColumnMapping>) -> Result<Dataset, String> {
     let reading = RecognitionOptions { columns, ..RecognitionOptions::default() };

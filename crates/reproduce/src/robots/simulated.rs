@@ -1,7 +1,8 @@
 //! A two-link arm that is simulated: its elbow has Coulomb friction that the description file lacks.
 
+use super::declared::{Declared, request};
 use super::published::{Property, Published};
-use super::sets::{Declared, request};
+
 use augsim_data::{Column, Dataset, Trajectory, random_stream};
 use augsim_robot::{Numbers, Tree, inverse_dynamics};
 use augsim_session::robot::Free;
@@ -9,7 +10,7 @@ use rand_distr::{Distribution, StandardNormal};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-const DESCRIPTION: &str = include_str!("../../../../fixtures/robots/two-link-planar.urdf");
+const DESCRIPTION: &str = include_str!("../../robots/two-link-planar.urdf");
 /// Coulomb friction of the elbow that the description lacks, N m.
 const ELBOW_COULOMB: f64 = 0.4;
 /// Speed at which the simulated Coulomb friction reaches 76 % of its value, rad/s.

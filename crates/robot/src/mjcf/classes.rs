@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::actuator::ActuatorValues;
+use super::actuator_values::ActuatorValues;
 use super::geom::GeomValues;
 use super::joint::JointValues;
 use crate::error::DescriptionError;

@@ -1,6 +1,7 @@
 //! Reader of MJCF files, with the semantics of MuJoCo 3.3.2.
 
 mod actuator;
+mod actuator_values;
 mod body;
 mod classes;
 mod equality;
