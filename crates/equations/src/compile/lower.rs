@@ -1,7 +1,7 @@
 //! Compiles expression trees to the operations of a graph.
 
+use super::joint_quantity::JointQuantity;
 use super::probe::Probe;
-use super::robot::JointQuantity;
 use super::{Code, Derivatives, Graph, Id, Variable};
 use crate::model::{How, Model, Numerics, Target};
 use crate::text::{Comparison, Function, Kind, Symbol, Tree};

@@ -3,6 +3,7 @@
 mod code;
 mod derivative;
 mod graph;
+mod joint_quantity;
 mod lower;
 mod probe;
 mod robot;

@@ -1,22 +1,12 @@
 //! Compiles the dynamics of a model's robot: the torques and accelerations of its joints.
 
+use super::joint_quantity::JointQuantity;
 use super::lower::{Lowering, Smoothing};
 use super::{Code, Graph, Id};
 use crate::model::{How, Joint, Property, RobotModel, Target};
 use crate::text::Symbol;
 use augsim_robot::{Algebra, forward_dynamics, inverse_dynamics};
 use std::sync::Arc;
-
-/// The quantity of the joints that an expression uses.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum JointQuantity {
-    /// Torque by inverse dynamics, without the effects on joints.
-    RigidTorque,
-    /// Torque by inverse dynamics, minus the torques of the effects on joints.
-    Torque,
-    /// Acceleration by forward dynamics, with the torques of the effects on joints.
-    Acceleration,
-}
 
 /// Arithmetic that appends operations to a graph.
 struct Operations<'g>(&'g mut Graph);
