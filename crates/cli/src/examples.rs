@@ -11,6 +11,9 @@ examples! {
         "start log.csv --time frame:frames --rate-hz 60 --columns 'px=x_m:0.0021,py=z_m:0.0021'";
     DEMO: "demo", "demo --out out/demo --seed 2";
     MODEL: "model new ball", "model new pendulum --out my.toml";
+    FROM_ROBOT: "model from-robot arm.urdf log.csv --out out/arm",
+        "model from-robot arm.urdf log.csv --torque 'joint_1=12.5 * current1_A' --free inertias,viscous",
+        "model from-robot servo.xml steps/ --formulation forward";
     SIMULATE: "simulate --trajectories 200 --out out/drops.csv", "simulate my.toml --duration-s 5 --out out/swings.csv";
     FIT: "fit my.toml swings.csv --out out/fit";
     EFFECTS: "effects", "effects ball", "effects quadratic-drag", "effects --for my.toml",

@@ -8,6 +8,7 @@ use crate::hypothesis::Hypothesis;
 use crate::linear::Square;
 use crate::record::{Record, RecordWindow};
 use crate::statistics::median;
+use augsim_linear::gram_of_rows;
 use augsim_system::{
     Event, InitialValue, Offsets, Per, ScatterPer, Seed, Simulate, Simulated, SimulationError, Task,
 };
@@ -412,22 +413,20 @@ fn sums<const N: usize>(run: &Simulated, window: RecordWindow<'_>, correlation: 
 
 /// Sums residuals and derivatives over a window, for a number of derivatives without a kernel of fixed width.
 fn sums_of_any_width(run: &Simulated, window: RecordWindow<'_>, correlation: f64) -> Sums {
-    let count = run.lanes();
-    let (mut h, mut g, mut squares, mut terms) = (Square::zero(count), vec![0.0; count], 0.0, 0.0);
+    let (count, width) = (run.lanes(), run.lanes() + 1);
+    let mut rows: Vec<f64> = Vec::new();
     for c in 0..run.channels() {
         let residual = |k: usize, d: &mut Vec<f64>| weighted_residual(run, window, c, k, d);
         for_each_whitened(window, c, correlation, vec![0.0; count], residual, |r, d| {
-            squares += r * r;
-            terms += 1.0;
-            for (i, di) in d.iter().enumerate() {
-                g[i] += di * r;
-                if *di != 0.0 {
-                    h.a[i * count..][..count].iter_mut().zip(d).for_each(|(h, dj)| *h += di * dj);
-                }
-            }
+            rows.extend_from_slice(d);
+            rows.push(r);
         });
     }
-    Sums { h, g, squares, terms }
+    let products = gram_of_rows(&rows, width);
+    let mut h = Square::zero(count);
+    (0..count).for_each(|i| h.a[i * count..][..count].copy_from_slice(&products[i * width..][..count]));
+    let g = (0..count).map(|i| products[i * width + count]).collect();
+    Sums { h, g, squares: products[count * width + count], terms: (rows.len() / width) as f64 }
 }
 
 /// Returns the residual of sample `k` of channel `c` and writes its derivatives, both in units of the noise.

@@ -1,4 +1,4 @@
-//! Held-out records with the predictions of the declared and the augmented model, for display.
+//! Held-out records with the predictions of the declared, calibrated and augmented model, for display.
 
 use crate::error_table::ForecastErrors;
 use crate::fit::{ChosenRecords, Fit};
@@ -49,6 +49,7 @@ pub(crate) fn examples(
         let piece = &pieces[place];
         let record = &test.data.records[test.chosen[piece.chosen]];
         let declared = forecast::predicted_channels(test, piece, base, &nominal);
+        let calibrated = forecast::predicted_channels(test, piece, base, &base.theta);
         let augmented = forecast::predicted_channels(test, piece, best, &best.theta);
         let (first, length) = (piece.samples.start, piece.samples.len());
         let step = stride(length);
@@ -65,6 +66,7 @@ pub(crate) fn examples(
                 .map(|k| finite(record.data.values[c][k]).filter(|_| record.weight[c][k] > 0.0))
                 .collect(),
             declared: shown().map(|k| finite(declared[c][k])).collect(),
+            calibrated: shown().map(|k| finite(calibrated[c][k])).collect(),
             augmented: shown().map(|k| finite(augmented[c][k])).collect(),
         });
         Example {

@@ -326,13 +326,14 @@ pub(crate) fn errors(
     lists_by_measure(sample.data, pieces.par_iter().map(one).collect())
 }
 
+/// Root mean square errors of predictions of whole records in each measure, in the unit of its channels.
+pub(crate) fn rmse_by_measure(sample: &ChosenRecords<'_>, training: &Fit) -> Vec<f64> {
+    errors(sample, &whole_spans(sample), training, &training.theta).iter().map(|list| rmse(list)).collect()
+}
+
 /// Root mean square error of predictions of whole records in the first measure, in the unit of its channels.
 pub(crate) fn first_rmse(sample: &ChosenRecords<'_>, training: &Fit) -> f64 {
-    rmse(
-        errors(sample, &whole_spans(sample), training, &training.theta)
-            .first()
-            .map_or(&[][..], Vec::as_slice),
-    )
+    rmse_by_measure(sample, training).first().copied().unwrap_or(f64::NAN)
 }
 
 /// Estimates the noise floor: errors of the same predictions on records simulated with noise and random

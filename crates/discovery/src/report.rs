@@ -178,14 +178,18 @@ fn effects(parts: &AnswerParts<'_>, error: &ErrorTable) -> Vec<FoundEffect> {
     let whole = best.gain_over(parts.base, independent);
     let drawn = random_effect(parts, whole);
     let several = best.additions().len() + usize::from(drawn.is_some()) > 1;
-    let rmse = |fit: &Fit| forecast::first_rmse(parts.example_records, fit);
-    let own_error = several.then(|| rmse(&best.fit));
+    let rmse = |fit: &Fit| forecast::rmse_by_measure(parts.example_records, fit);
+    let own_errors = several.then(|| rmse(&best.fit));
     let mut out: Vec<FoundEffect> = Vec::new();
     for (n, a) in best.additions().iter().enumerate() {
         let Some(place) = named.additions().iter().position(|other| other == a) else { continue };
         let remaining = set_without(parts, best, n);
         let lawful = matches!(a, Addition::Effect(..) | Addition::Split(_));
-        let removed = own_error.filter(|_| lawful).map(|own| rmse(&remaining.fit) - own);
+        // Differences of the errors without and with the effect, for each measure.
+        let removed: Option<Vec<f64>> = own_errors
+            .as_ref()
+            .filter(|_| lawful)
+            .map(|own| rmse(&remaining.fit).iter().zip(own).map(|(without, own)| without - own).collect());
         let share = best.gain_over(&remaining, independent) / whole;
         let folds = &parts.errors.folds;
         let label = kinds(std::slice::from_ref(a));
@@ -203,7 +207,8 @@ fn effects(parts: &AnswerParts<'_>, error: &ErrorTable) -> Vec<FoundEffect> {
                 let (quantity, unit) = (grammar.variable.name.clone(), grammar.variable.unit.clone());
                 Some(FoundFormula { text: effect.formula.clone(), of: quantity, unit, range: grammar.range })
             }),
-            removed: removed.filter(|x| x.is_finite()),
+            removed_by_measure: removed.as_deref().map_or_else(BTreeMap::new, |list| by_measure(parts, list)),
+            removed: removed.and_then(|list| list.first().copied()).filter(|x| x.is_finite()),
             per: match a {
                 Addition::Scatter(s) => Some(s.draw_unit.clone()),
                 _ => None,
@@ -216,6 +221,20 @@ fn effects(parts: &AnswerParts<'_>, error: &ErrorTable) -> Vec<FoundEffect> {
     }
     order(&mut out, error.calibrated.rmse - error.augmented.rmse);
     out
+}
+
+/// Values of each measure by its name, in the unit of its error table; empty if there is only one measure.
+fn by_measure(parts: &AnswerParts<'_>, values: &[f64]) -> BTreeMap<String, f64> {
+    let measures = &parts.prepared.data.system.schema().error_figures;
+    if measures.len() < 2 {
+        return BTreeMap::new();
+    }
+    let named = measures.iter().zip(values).enumerate().map(|(i, (measure, value))| {
+        // The table of the first measure has the unit of its channels.
+        let scale = if i == 0 { 1.0 } else { measure.unit.1 };
+        (measure.name.clone(), scale * value)
+    });
+    named.filter(|(_, value)| value.is_finite()).collect()
 }
 
 /// The random effect per record, if one was found, and its share of the total gain. `laws` is the gain of the
@@ -435,6 +454,7 @@ pub(crate) fn report(parts: &AnswerParts<'_>) -> Result<Discovery, DiscoveryErro
         models: parts.models()?,
         heldout: parts.prepared.held_out.iter().map(|&j| data.records[j].data.id.clone()).collect(),
         examples: Vec::new(),
+        fold_example: parts.errors.example.clone(),
         cut_after_s: None,
         work: data.work.totals(),
     };

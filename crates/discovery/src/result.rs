@@ -41,6 +41,10 @@ pub struct FoundEffect {
     /// effects that do not change predictions, such as random effects, and if there is only one effect.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub removed: Option<f64>,
+    /// Increase of the held-out prediction error of each measure without the effect, by the measure's name and
+    /// in the unit of its table. Empty if there is only one measure or one effect.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub removed_by_measure: BTreeMap<String, f64>,
     /// Share of the resamples of the data in which the effect, or an equivalent one, is selected.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub inclusion: Option<f64>,
@@ -381,6 +385,9 @@ pub struct ExampleChannel {
     pub measured: Vec<Option<f64>>,
     /// Values predicted by the declared model at the displayed times.
     pub declared: Vec<Option<f64>>,
+    /// Values predicted by the calibrated model at the displayed times; empty in results of older versions.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub calibrated: Vec<Option<f64>>,
     /// Values predicted by the augmented model at the displayed times.
     pub augmented: Vec<Option<f64>>,
 }
@@ -469,6 +476,10 @@ pub struct Discovery {
     /// Held-out trajectories with the best, the median and the worst prediction of the augmented model.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub examples: Vec<Example>,
+    /// Typical prediction on a part of the data by the models fitted without it, where cross-validation gives the
+    /// errors; absent where records were held out, whose predictions are under `examples`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fold_example: Option<Example>,
     /// Seconds of run time after which the deadline ended the search; absent if the search was complete.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cut_after_s: Option<f64>,

@@ -12,7 +12,7 @@ use thiserror::Error;
 pub struct Place {
     /// Name of the file, or another name for the source of the text.
     pub file: String,
-    /// Line number in the model file, from 1.
+    /// Line number in the model file, from 1; 0 for a text that is not in a file, such as an option.
     pub line: usize,
     /// Table and key of the error, such as `rates.omega_rad_s`; empty for the file as a whole.
     pub key: String,
@@ -44,7 +44,10 @@ impl std::error::Error for ModelError {}
 
 impl fmt::Display for ModelError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}: ", self.place.file, self.place.line)?;
+        match self.place.line {
+            0 => write!(f, "{}: ", self.place.file)?,
+            line => write!(f, "{}:{line}: ", self.place.file)?,
+        }
         if !self.place.key.is_empty() {
             write!(f, "{}: ", self.place.key)?;
         }
@@ -185,6 +188,8 @@ pub enum Fault {
          column of the data that ends in {ending} is converted to it"
     )]
     NonSiEnding { ending: String, si_name: String },
+    #[error("{cause}")]
+    Robot { cause: String },
     #[error("the value must be positive, but {found:?} is given")]
     NotPositive { found: f64 },
     #[error("the value must be 0 or more, but {found:?} is given")]

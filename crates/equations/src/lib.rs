@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod bridge;
+mod column_expression;
 mod compile;
 pub mod engine;
 mod error;
@@ -17,6 +18,7 @@ pub mod text;
 mod waveform;
 
 pub use bridge::{CalibratedModel, EquationSystem};
+pub use column_expression::ColumnExpression;
 pub use error::{Excerpt, Fault, ModelError, Place};
 pub use example::{EXAMPLES, example};
 pub use model::Model;

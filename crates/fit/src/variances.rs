@@ -369,7 +369,9 @@ impl<'a> NoiseProblem<'a> {
             (model, smoothings) = self.estimate_variances(model, paths, &intervals, &samples);
             largest_change = 0.0;
             for (path, smoothing) in paths.iter_mut().zip(&smoothings) {
-                for (point, deviation) in path.chunks_exact_mut(n).zip(smoothing.deviations.chunks_exact(d)) {
+                for (point, deviation) in
+                    path.chunks_exact_mut(n.max(1)).zip(smoothing.deviations.chunks_exact(d.max(1)))
+                {
                     for ((x, by), rms) in point.iter_mut().zip(deviation).zip(&self.state_rms) {
                         *x += by;
                         largest_change = largest_change.max(by.abs() / rms);

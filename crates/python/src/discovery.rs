@@ -7,6 +7,7 @@ use crate::source::{Source, accepted};
 use augsim_discovery::{AllowedEffects, Options};
 use augsim_report::page::Page;
 use augsim_session::discovery_page::page;
+use augsim_session::joints::ResultFile;
 use augsim_session::provenance::fingerprint;
 use augsim_session::{DataFrom, DiscoverRequest, ReportContext, Subject};
 use pyo3::prelude::*;
@@ -69,12 +70,18 @@ impl Discovery {
 impl Discovery {
     /// Returns the result as the text of `result.json`.
     fn json(&self, py: Python<'_>) -> PyResult<String> {
-        unlocked(py, || Ok(serde_json::to_string_pretty(&self.found)?))
+        unlocked(py, || Ok(serde_json::to_string_pretty(&ResultFile::new(&self.subject, &self.found, None))?))
     }
 
-    /// Returns the text of the model file with the added effects.
-    fn model_toml(&self) -> &str {
-        &self.found.model_toml
+    /// Returns the model with the added effects.
+    fn model(&self, py: Python<'_>) -> PyResult<Model> {
+        // The description of a robot is found beside the declared model file.
+        let file = match &self.subject {
+            Subject::Equations(model) => model.file.as_str(),
+            Subject::BuiltIn(_) => "model",
+        };
+        let subject = unlocked(py, || Subject::parse(&self.found.model_toml, file))?;
+        Ok(Model { subject, path: None })
     }
 
     /// Returns the report page as HTML, with links relative to `folder`.

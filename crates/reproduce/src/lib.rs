@@ -7,6 +7,7 @@ pub mod experiment;
 mod filtered;
 mod league;
 mod reproduction;
+mod robots;
 mod systems;
 mod tables;
 

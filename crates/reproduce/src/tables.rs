@@ -8,6 +8,7 @@ use crate::experiment::{Sizes, ball, push, runs_folder};
 use crate::filtered;
 use crate::league;
 use crate::reproduction::{claim, drop_sources, iterations, record_sources, repeat};
+use crate::robots;
 use crate::systems;
 use augsim_session::run_dir::DataSource;
 use augsim_session::usage::Inapplicable;
@@ -30,6 +31,7 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
         Scenario::Push => pushing(args, seed, force, output),
         Scenario::Loop => chain::run(args, seed, force, output),
         Scenario::Systems => systems::run(args, seed, force, output),
+        Scenario::Robots => robots::run(args, seed, force, output),
         Scenario::Filtered => filtered::run(args, seed, force, output),
         Scenario::League => league::run(args, seed, force, output),
     }

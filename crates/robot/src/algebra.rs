@@ -9,6 +9,11 @@ pub trait Algebra {
     /// A number, a vector of numbers, or the result of an operation.
     type Value: Copy;
 
+    /// Whether products with 0 and 1, and sums with 0, are left out where the description file fixes the factor.
+    ///
+    /// This keeps expression graphs short. Vectors of numbers are faster without the tests of each factor.
+    const SKIPS_CONSTANTS: bool = true;
+
     /// The value of a constant.
     fn constant(&mut self, value: f64) -> Self::Value;
     /// The sum `a + b`.
@@ -33,28 +38,37 @@ pub struct Numbers;
 
 impl Algebra for Numbers {
     type Value = f64;
+    const SKIPS_CONSTANTS: bool = false;
 
+    #[inline]
     fn constant(&mut self, value: f64) -> f64 {
         value
     }
+    #[inline]
     fn add(&mut self, a: f64, b: f64) -> f64 {
         a + b
     }
+    #[inline]
     fn subtract(&mut self, a: f64, b: f64) -> f64 {
         a - b
     }
+    #[inline]
     fn multiply(&mut self, a: f64, b: f64) -> f64 {
         a * b
     }
+    #[inline]
     fn divide(&mut self, a: f64, b: f64) -> f64 {
         a / b
     }
+    #[inline]
     fn negate(&mut self, a: f64) -> f64 {
         -a
     }
+    #[inline]
     fn sin(&mut self, a: f64) -> f64 {
         a.sin()
     }
+    #[inline]
     fn cos(&mut self, a: f64) -> f64 {
         a.cos()
     }

@@ -1,6 +1,12 @@
 //! The moving bodies of a robot: links that fixed or locked joints connect are merged into one body.
 
-use crate::description::Placement;
+mod build;
+mod error;
+mod singular;
+
+use crate::description::{Placement, Robot};
+
+pub use error::TreeError;
 
 /// A moving joint's body: its child link, and all links that are rigidly attached to it.
 ///
@@ -45,4 +51,15 @@ pub struct Tree {
     pub links: Vec<Attached>,
     /// Number of coordinates: the joints that move independently.
     pub coordinates: usize,
+}
+
+impl Tree {
+    /// Inertia of the rotors by coordinate, kg m2 or kg; that of a coupled joint counts with the square of its ratio.
+    pub fn armature(&self, robot: &Robot) -> Vec<f64> {
+        let mut armature = vec![0.0; self.coordinates];
+        for body in &self.bodies {
+            armature[body.coordinate] += body.ratio * body.ratio * robot.joints[body.joint].armature;
+        }
+        armature
+    }
 }

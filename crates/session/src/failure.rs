@@ -2,9 +2,11 @@
 
 use crate::Usage;
 use crate::equations::fit::OutOfTime;
+use crate::robot::RobotFault;
 use augsim_data::push::PushError;
 use augsim_data::{DataError, Source};
 use augsim_discovery::DiscoveryError;
+use augsim_robot::TreeError;
 use augsim_trainer::{EngineError, TrainerError};
 
 /// The kind of a failure, which decides the exit code and the Python exception.
@@ -33,8 +35,23 @@ impl Failure {
         if cause.is::<augsim_physics::model::ModelError>()
             || cause.is::<augsim_equations::ModelError>()
             || cause.is::<EngineError>()
+            || cause.is::<augsim_robot::DescriptionError>()
         {
             return Some(Failure::Model);
+        }
+        if let Some(e) = cause.downcast_ref::<RobotFault>() {
+            return Some(match e {
+                RobotFault::UnknownJoint { .. } | RobotFault::Expression(_) => Failure::Usage,
+                // Joints that the user named; those found in the log can move.
+                RobotFault::Tree(
+                    TreeError::UnknownJoint { .. }
+                    | TreeError::NamedTwice { .. }
+                    | TreeError::Fixed { .. }
+                    | TreeError::Coupled { .. },
+                ) => Failure::Usage,
+                RobotFault::Tree(_) => Failure::Model,
+                _ => Failure::Data,
+            });
         }
         if let Some(e) = cause.downcast_ref::<DataError>() {
             return is_caused_by_option(e).then_some(Failure::Usage);

@@ -8,6 +8,7 @@ use crate::record::{RECORD, Record};
 use augsim_data::{DataError, atomic_write, check_writable, remove_stale_temporaries};
 use augsim_session::RunLock;
 use augsim_session::folders;
+use augsim_session::robot::DescriptionCopy;
 use augsim_session::run_dir;
 use augsim_session::usage::PathFault;
 use serde::Serialize;
@@ -219,6 +220,24 @@ impl Claim {
         let path = self.folder.join(name);
         atomic_write(&path, |w| w.write_all(text.as_bytes()))?;
         Ok(path)
+    }
+
+    /// Writes a model file, and the description of its robot beside it if it has one; returns the path of the model file.
+    ///
+    /// # Errors
+    /// A file cannot be written, or the text is not that of a model file.
+    pub fn write_model(
+        &self,
+        name: &str,
+        text: &str,
+        description: Option<&DescriptionCopy>,
+    ) -> anyhow::Result<PathBuf> {
+        let Some(copy) = description else { return self.write(name, text) };
+        // The description comes first, so that no model file is without it.
+        if !copy.is_in_place {
+            self.write(&copy.name, &copy.text)?;
+        }
+        self.write(name, &copy.refer(text)?)
     }
 
     /// Writes `timing.json`: seconds since the results folder was claimed, and `more`.

@@ -13,6 +13,8 @@ use augsim_discovery::{AllowedEffects, Discovery, Observer, Options, Progress};
 use augsim_session::discovery_page::page;
 use augsim_session::equations::figures::figures;
 use augsim_session::equations::fit::OutOfTime;
+use augsim_session::joints::ResultFile;
+use augsim_session::robot::DescriptionCopy;
 use augsim_session::{DiscoverRequest, Discovered, OpenData, ReportContext, Subject, discover_in};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Sender;
@@ -58,7 +60,8 @@ fn run(
     let start_time = Instant::now();
     // Before the claim, so that a file that is no model is not reported as the input of another run.
     let subject = Subject::read(&args.model)?;
-    let claim = claim(args, seed, force)?;
+    let description = DescriptionCopy::new(&subject, &args.out);
+    let claim = claim(args, description.as_ref(), seed, force)?;
     let accept = args.accept.accept.clone();
     let accepted = accept.iter().copied().collect();
     let library = args.library == Library::Generic;
@@ -86,7 +89,9 @@ fn run(
     steps.finish();
     let (mut found, read) = match result {
         Some(BestSoFar::Found(found, read)) => (*found, read),
-        Some(BestSoFar::Calibrated(model)) => return Err(write_calibrated(&claim, &model, stop)?),
+        Some(BestSoFar::Calibrated(model)) => {
+            return Err(write_calibrated(&claim, &model, description.as_ref(), stop)?);
+        }
         None => return Err(OutOfTime { calibrated: None }.into()),
     };
     if let Some(stop) = stop {
@@ -97,14 +102,23 @@ fn run(
     found.notes.iter().filter(is_new).for_each(|note| output.note(note));
 
     claim.begin()?;
-    claim.write(RESULT, &serde_json::to_string_pretty(&found)?)?;
-    claim.write(MODEL, &found.model_toml)?;
+    if let Some(copy) = &description {
+        copy.refer_in(&mut found)?;
+    }
+    let result = ResultFile::new(&subject, &found, read.as_ref());
+    claim.write(RESULT, &serde_json::to_string_pretty(&result)?)?;
+    let model = claim.write_model(MODEL, &found.model_toml, description.as_ref())?;
     let mut context = ReportContext::new(Some(&args.model), &data, &request, &args.out, &|path| {
         claim.record().fingerprint_of(path)
     });
     if let Some(read) = read.filter(|_| stop.is_none()) {
         // These figures take simulations, for which a stopped run has no time.
-        context.figures = figures(&subject, &found, &read);
+        // The models of a robot now name the description in the output folder.
+        let declared = match &description {
+            Some(_) => Subject::parse(&found.models.declared_toml, &model.display().to_string())?,
+            None => subject.clone(),
+        };
+        context.figures = figures(&declared, &found, &read);
     }
     claim.write(REPORT, &page(&context, &subject, &found).render())?;
     claim.write_timing(())?;
@@ -112,9 +126,14 @@ fn run(
 }
 
 /// Writes the calibrated model of a discovery stopped before it had a result; returns the error to report.
-fn write_calibrated(claim: &Claim, model: &str, stop: Option<Stop>) -> anyhow::Result<anyhow::Error> {
+fn write_calibrated(
+    claim: &Claim,
+    model: &str,
+    description: Option<&DescriptionCopy>,
+    stop: Option<Stop>,
+) -> anyhow::Result<anyhow::Error> {
     claim.begin()?;
-    let file = claim.write(MODEL, model)?;
+    let file = claim.write_model(MODEL, model, description)?;
     if stop == Some(Stop::Signal) {
         interrupt::end_with_note(&format!("the calibrated model was written to {}", file.display()));
     }
@@ -155,7 +174,12 @@ impl Observer for Relay<'_> {
 }
 
 /// Locks the results folder for a discovery with these settings and inputs.
-fn claim(args: &Discover, seed: u64, force: bool) -> anyhow::Result<Claim> {
+fn claim(
+    args: &Discover,
+    description: Option<&DescriptionCopy>,
+    seed: u64,
+    force: bool,
+) -> anyhow::Result<Claim> {
     let record = Record::new("discover")
         .setting("seed", seed)
         .setting("null-runs", args.null_runs)
@@ -177,7 +201,10 @@ fn claim(args: &Discover, seed: u64, force: bool) -> anyhow::Result<Claim> {
         .into_iter()
         .filter(|(_, names)| !names.is_empty())
         .fold(record, |record, (name, names)| record.setting(name, names.join(",")));
-    let inputs: Vec<&Path> = [&args.model].into_iter().chain(&args.data).map(PathBuf::as_path).collect();
-    let files = &[RESULT, MODEL, REPORT];
-    Results { folder: &args.out, files, inputs: &inputs, record, force }.claim()
+    let record = description.iter().fold(record, |record, copy| record.input("robot", &copy.source));
+    let mut inputs: Vec<&Path> = [&args.model].into_iter().chain(&args.data).map(PathBuf::as_path).collect();
+    inputs.extend(description.map(|copy| copy.source.as_path()));
+    let mut files = vec![RESULT, MODEL, REPORT];
+    files.extend(description.filter(|copy| !copy.is_in_place).map(|copy| copy.name.as_str()));
+    Results { folder: &args.out, files: &files, inputs: &inputs, record, force }.claim()
 }

@@ -14,13 +14,16 @@ use augsim_data::{
 use augsim_nn::{checkpoint, weights};
 use augsim_physics::ball::Axes;
 use augsim_physics::model::ModelFile;
+use augsim_robot::description::{Joint, JointKind};
+use augsim_robot::{Changes, JointChange, Numbers, Robot, Tree, inverse_dynamics, write_back};
 use augsim_system::{Offsets, Prepare, Record, Seed, Simulate, Simulated, Stream, Task};
 use augsim_trainer::{NetModel, Settings, Training, TrainingState};
 use serde::Deserialize;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// All readers, in the order in which inputs take turns.
-pub const READERS: [Reader; 20] = [
+pub const READERS: [Reader; 21] = [
     reader("csv", Envelope::Plain, data),
     reader("csv-gzip", Envelope::Gzip, data),
     reader("ball-layout", Envelope::Plain, data),
@@ -31,6 +34,7 @@ pub const READERS: [Reader; 20] = [
     reader("ball-model", Envelope::Plain, model),
     reader("push-model", Envelope::Plain, model),
     reader("written-model", Envelope::Plain, written_model),
+    reader("robot", Envelope::Plain, robot),
     reader("written-data", Envelope::Plain, written_data),
     reader("checkpoint", Envelope::Checkpoint, training_state),
     reader("safetensors", Envelope::Plain, safetensors),
@@ -181,6 +185,61 @@ fn written_model(path: &Path) -> Verdict {
         Ok(again)
             if again.nominals() != model.nominals() || again.additions.len() != model.additions.len() =>
         {
+            Verdict::Broken("it differs after writing and reading it again".into())
+        }
+        Ok(_) => Verdict::Accepted,
+    }
+}
+
+/// Reads the URDF or MJCF file of a robot, and computes the torques of all its joints once.
+///
+/// Checks that the file is read again after a property of a joint was changed in it.
+fn robot(path: &Path) -> Verdict {
+    let text = match std::fs::read_to_string(path) {
+        Ok(text) => text,
+        Err(e) => return refusal(path, &e),
+    };
+    let name = path.display().to_string();
+    let robot = match augsim_robot::read(&text, &name) {
+        Ok(robot) => robot,
+        Err(e) => return refusal(path, &e),
+    };
+    for warning in robot.warnings() {
+        if let broken @ Verdict::Broken(_) = refusal(path, &warning) {
+            return broken;
+        }
+    }
+    let can_move = |joint: &&Joint| joint.kind != JointKind::Fixed && joint.coupling.is_none();
+    let joints: Vec<String> = robot.joints.iter().filter(can_move).map(|joint| joint.name.clone()).collect();
+    if joints.is_empty() {
+        return Verdict::Accepted;
+    }
+    let tree = match Tree::new(&robot, &joints, &BTreeMap::new()) {
+        Ok(tree) => tree,
+        Err(e) => return refusal(path, &e),
+    };
+    let parameters = tree.body_parameters(&mut Numbers, &tree.link_parameters(&robot));
+    let [position, speed, acceleration] = [0.3, 0.2, -0.5].map(|value| vec![value; tree.coordinates]);
+    let gravity = robot.gravity_m_s2.unwrap_or([0.0, 0.0, -9.81]);
+    let torques =
+        inverse_dynamics(&mut Numbers, &tree, &parameters, gravity, &position, &speed, &acceleration);
+    if torques.len() != joints.len() {
+        return Verdict::Broken(format!("{} torques of {} joints", torques.len(), joints.len()));
+    }
+    rewritten(&text, &robot)
+}
+
+/// Checks that a description is read again after the damping of its first joint was changed.
+fn rewritten(text: &str, robot: &Robot) -> Verdict {
+    let damping = JointChange { damping: Some(0.25), ..JointChange::default() };
+    let changes = Changes { joints: vec![(0, damping)], ..Changes::default() };
+    let written = match write_back(text, robot, &changes) {
+        Ok(written) => written,
+        Err(e) => return refusal(Path::new(&robot.file), &e),
+    };
+    match augsim_robot::read(&written, &robot.file) {
+        Err(e) => Verdict::Broken(format!("accepted and written, but cannot be read again: {e}")),
+        Ok(again) if again.joints[0].damping != 0.25 || again.links.len() != robot.links.len() => {
             Verdict::Broken("it differs after writing and reading it again".into())
         }
         Ok(_) => Verdict::Accepted,

@@ -127,8 +127,14 @@ pub fn of(reader: &str) -> anyhow::Result<Vec<Files>> {
             let examples = augsim_equations::EXAMPLES.iter();
             let mut files: Vec<Files> = examples.map(|(_, text)| Files::one("model.toml", *text)).collect();
             files.push(Files::one("model.toml", format!("{}{EFFECTS}", augsim_equations::EXAMPLES[0].1)));
+            let [arm, slide] = ["robots/two-link-planar.urdf", "robots/slide-arm.xml"].map(fixture);
+            files.extend(robot_models(&arm?, &slide?));
             files
         }
+        "robot" => ROBOTS
+            .iter()
+            .map(|name| Ok(Files::one(name, fixture(&format!("robots/{name}"))?)))
+            .collect::<anyhow::Result<_>>()?,
         "written-data" => vec![Files::one("data.csv", TANKS)],
         "checkpoint" => {
             let state = Training::new(small_settings(), short_drops())?.state().clone();
@@ -308,6 +314,88 @@ a = { min = 0.0, typical = 2.0 }
 k = {}
 w = { of = "x", grid = [0.1, 0.3] }
 states = { z = { rate = "v - z", start = 0.0 } }
+"#;
+
+/// Descriptions of robots in the fixtures, in both formats.
+const ROBOTS: [&str; 9] = [
+    "two-link-planar.urdf",
+    "six-axis-arm.urdf",
+    "seven-axis-arm.urdf",
+    "gantry.urdf",
+    "torso.urdf",
+    "gripper.urdf",
+    "pendulum.xml",
+    "slide-arm.xml",
+    "two-hinges.xml",
+];
+
+/// Model files of two robots, each with its description: an elbow in URDF, whose torque is the output, and a slide with an
+/// locked elbow in MJCF, whose force is the input.
+fn robot_models(urdf: &[u8], mjcf: &[u8]) -> Vec<Files> {
+    let of = |model: &str, name: &str, description: &[u8]| {
+        Files(vec![("model.toml".into(), model.into()), (name.into(), description.to_vec())])
+    };
+    vec![of(INVERSE_ARM, "arm.urdf", urdf), of(FORWARD_SLIDE, "slide.xml", mjcf)]
+}
+
+/// Model file of an elbow whose measured motion is the input, with free inertial parameters and effects.
+const INVERSE_ARM: &str = r#"scenario = "system"
+[robot]
+file = "arm.urdf"
+joints = ["elbow"]
+locked = { shoulder = 0.3 }
+gravity_m_s2 = [0.0, 0.0, -9.81]
+base = "fixed"
+position = ["q_rad"]
+speed = ["w_rad_s"]
+acceleration = ["a_rad_s2"]
+[inputs]
+q_rad = {}
+w_rad_s = {}
+a_rad_s2 = {}
+[parameters]
+forearm_mass_kg = { nominal = 1.35, min = 0.0 }
+forearm_moment_x_kg_m = { nominal = 0.2 }
+payload_origin_inertia_yy_kg_m2 = { nominal = 0.001, unit = "kg m^2" }
+elbow_armature_kg_m2 = { nominal = 0.01, min = 0.0 }
+elbow_viscous = { nominal = 0.12, min = 0.0, unit = "N m s" }
+[outputs]
+tau_N_m = { value = "inverse_dynamics(elbow) + elbow_viscous * w_rad_s", sd = "estimate" }
+[[effect]]
+kind = "coulomb"
+on = "elbow"
+f = { nominal = 0.3, ci95 = [0.2, 0.4] }
+w = 0.05
+[[effect]]
+kind = "payload"
+on = "forearm"
+m = 0.2
+p_x = 0.02
+p_y = 0.0
+p_z = 0.0
+"#;
+
+/// Model file of a slide with a locked elbow, whose force is the input and whose motion is the output.
+const FORWARD_SLIDE: &str = r#"scenario = "system"
+[robot]
+file = "slide.xml"
+joints = ["rail"]
+locked = { elbow = 0.4 }
+position = ["x_m"]
+speed = ["v_m_s"]
+torque = ["force_N - friction_N * tanh(v_m_s / 0.01)"]
+[inputs]
+force_N = { hold = "zero" }
+[states]
+x_m = { start = "position_m" }
+v_m_s = { start = "slope(position_m)" }
+[parameters]
+friction_N = { nominal = 4.0, min = 0.0 }
+[rates]
+x_m = "v_m_s"
+v_m_s = "forward_dynamics(rail)"
+[outputs]
+position_m = { value = "x_m", sd = "estimate" }
 "#;
 
 /// CSV text of two tanks, with empty cells and an unused column.

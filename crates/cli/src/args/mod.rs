@@ -19,7 +19,7 @@ use std::path::PathBuf;
 
 pub use data::{Data, DataAction, Frame};
 pub use forecast::{Evaluate, Predict, ProtocolArg, ViewArgs};
-pub use models::{Effects, Fit, ModelAction, ModelArgs};
+pub use models::{Effects, Fit, FormulationArg, FreeArg, FromRobot, ModelAction, ModelArgs};
 pub use simulate::{PushProtocolArg, Simulate, SimulateScenario};
 pub use start::Start;
 pub use train::Train;

@@ -7,6 +7,7 @@ use augsim_equations::Model;
 use augsim_session::Subject;
 use augsim_session::equations::fit::{MIN_REPORTED_DIFFERENCE, OutOfTime};
 use augsim_session::equations::fitted::{FitResult, calibrate};
+use augsim_session::robot::DescriptionCopy;
 use augsim_terminal::Outcome;
 use augsim_terminal::destination::{RESULT, Results};
 use augsim_terminal::output::Output;
@@ -24,13 +25,17 @@ const MODEL: &str = "model.toml";
 /// Runs `augsim fit`: calibrates the parameters of a model and writes the calibrated model.
 pub fn run(args: &Fit, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let subject = Subject::read(&args.model)?;
-    let inputs: Vec<&Path> = [&args.model].into_iter().chain(&args.data).map(PathBuf::as_path).collect();
+    let description = DescriptionCopy::new(&subject, &args.out);
+    let mut inputs: Vec<&Path> = [&args.model].into_iter().chain(&args.data).map(PathBuf::as_path).collect();
+    inputs.extend(description.as_ref().map(|copy| copy.source.as_path()));
     let record = Record::new("fit").input("model", &args.model).inputs("data", &args.data);
     let record = match &args.time.time {
         Some(time) => record.setting("time", time),
         None => record,
     };
-    let files = [MODEL, RESULT];
+    let record = description.iter().fold(record, |record, copy| record.input("robot", &copy.source));
+    let copied = description.as_ref().filter(|copy| !copy.is_in_place).map(|copy| copy.name.as_str());
+    let files: Vec<&str> = [MODEL, RESULT].into_iter().chain(copied).collect();
     let claim = Results { folder: &args.out, files: &files, inputs: &inputs, record, force }.claim()?;
     let file = args.model.display().to_string();
     let accepted = args.accept.accept.iter().copied().collect();
@@ -63,7 +68,7 @@ pub fn run(args: &Fit, force: bool, output: &Output) -> anyhow::Result<Outcome> 
     }
     let text = fitted.to_toml()?;
     claim.begin()?;
-    let path = claim.write(MODEL, &text)?;
+    let path = claim.write_model(MODEL, &text, description.as_ref())?;
     claim.write(RESULT, &serde_json::to_string_pretty(&answer)?)?;
     claim.write_timing(())?;
     output.result(&answer, || format!("{}\ncalibrated model: {}", fit_text(&answer), path.display()))?;

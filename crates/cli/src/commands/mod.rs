@@ -8,6 +8,7 @@ mod effects;
 mod evaluate;
 pub mod export;
 mod fit;
+mod from_robot;
 mod inspect;
 mod inspect_system;
 mod model;

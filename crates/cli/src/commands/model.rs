@@ -17,9 +17,12 @@ struct Written {
     model: PathBuf,
 }
 
-/// Runs `augsim model new`: writes a template model file.
+/// Runs `augsim model`: writes a template model file, or the model of a robot.
 pub fn run(args: &ModelArgs, force: bool, output: &Output) -> anyhow::Result<Outcome> {
-    let ModelAction::New { name, out } = &args.action;
+    let (name, out) = match &args.action {
+        ModelAction::New { name, out } => (name, out),
+        ModelAction::FromRobot(args) => return super::from_robot::run(args, force, output),
+    };
     let built_in = template(name);
     let text = built_in.or_else(|| augsim_equations::example(name));
     let text = text.ok_or_else(|| Usage::Unknown(UnknownName::Model { name: name.clone() }))?;

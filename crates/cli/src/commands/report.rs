@@ -54,7 +54,8 @@ pub fn run(args: &ReportArgs, output: &Output) -> anyhow::Result<Outcome> {
     let Some(found) = discovery_in(&args.folder) else {
         return Err(Usage::path(&args.folder, PathFault::NoDiscovery).into());
     };
-    let subject = Subject::parse(&found.models.declared_toml, "the declared model")?;
+    let place = args.folder.join("declared").display().to_string();
+    let subject = Subject::parse(&found.models.declared_toml, &place)?;
     let mut context = ReportContext::default();
     match data_of(&args.folder) {
         Some(data) => {

@@ -35,6 +35,7 @@ mod filtered;
 mod found;
 mod nets_of_equations;
 mod residual;
+mod robot;
 mod simulate_push;
 mod start;
 mod systems;
@@ -43,6 +44,7 @@ mod workflow;
 // Runs: files, bytes, resuming.
 mod outputs;
 mod resume;
+mod robots;
 mod run_directory;
 mod same_bytes;
 

@@ -20,8 +20,8 @@ fn files(dir: &Path) -> Vec<PathBuf> {
     all
 }
 
-/// Runs a command twice, with different folders and numbers of threads, and compares the written files.
-fn writes_the_same(args: &[&str], dir: &Path) -> PathBuf {
+/// Runs a command twice, with different folders and numbers of threads, and compares the written files; returns the first folder.
+pub fn writes_the_same(args: &[&str], dir: &Path) -> PathBuf {
     let (one, other) = ("first", "other/and deeper/folder");
     for (out, threads) in [(one, "1"), (other, "3")] {
         succeed(&[args, &["--out", out, "--threads", threads]].concat(), dir);

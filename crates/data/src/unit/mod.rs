@@ -89,6 +89,23 @@ impl Unit {
         Unit::of_factors(best.as_ref().unwrap_or(&base))
     }
 
+    /// This unit divided by a quantity with the given dimensions, with the symbols of this unit.
+    ///
+    /// A torque over a speed is `N m s`, where [`Unit::from_dimensions`] would give `J s`. `None` where it has too many
+    /// factors.
+    pub fn over(self, divisor: Dimensions) -> Option<Unit> {
+        let mut factors: Vec<(Symbol, i32)> = self.factors.into_iter().flatten().collect();
+        for (base, twelfths) in divisor.factors() {
+            let symbol = Symbol::from_text(base)?;
+            match factors.iter_mut().find(|(known, _)| *known == symbol) {
+                Some((_, exponent)) => *exponent -= twelfths,
+                None => factors.push((symbol, -twelfths)),
+            }
+        }
+        factors.retain(|(_, exponent)| *exponent != 0);
+        Unit::of_factors(&factors)
+    }
+
     /// Dimensions of the unit: exponents of the SI base units.
     pub fn dimensions(self) -> Dimensions {
         self.factors.into_iter().flatten().fold(Dimensions::NONE, |product, (symbol, twelfths)| {
@@ -116,6 +133,17 @@ impl fmt::Display for Unit {
 mod tests {
     //! Contract: a unit computed from dimensions has the shortest symbol and these dimensions.
     use super::*;
+
+    #[test]
+    fn a_torque_over_a_speed_keeps_its_symbols() {
+        let torque = Unit::parse("N m").expect("a unit");
+        for (divisor, shown) in [("rad/s", "N m s"), ("m", "N"), ("rad", "N m"), ("rad/s^2", "N m s^2")] {
+            let divisor = Unit::parse(divisor).expect("a unit").dimensions();
+            let unit = torque.over(divisor).expect("few symbols");
+            assert_eq!(unit.symbol(), shown);
+            assert_eq!(unit.dimensions(), torque.dimensions() / divisor);
+        }
+    }
 
     #[test]
     fn computed_units_have_the_shortest_symbol() {

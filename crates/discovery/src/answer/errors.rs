@@ -7,11 +7,13 @@
 use crate::addition::kinds;
 use crate::columns::Family;
 use crate::error_table::ForecastErrors;
+use crate::examples::examples;
 use crate::fit::{Fit, fit_nuisance, merge_nuisances};
 use crate::free_runs::{FreeRuns, mean_error};
 use crate::prepare::Prepared;
 use crate::records::View;
 use crate::residuals::{self, outlying_windows};
+use crate::result::Example;
 use crate::score::Scored;
 use crate::search::{Search, SearchResult, refit_on, repeat_choice};
 use rayon::prelude::*;
@@ -25,6 +27,8 @@ pub(crate) struct Errors {
     /// Names of the effects that were found without each fold, `[fold][effect]`; empty where records were
     /// held out.
     pub folds: Vec<Vec<String>>,
+    /// Typical prediction on the first fold by the fits without it; `None` where records were held out.
+    pub example: Option<Example>,
     /// Errors of simulations of whole recordings: calibrated, augmented model. `None` if there are none.
     pub free_run: Option<[f64; 2]>,
 }
@@ -38,6 +42,8 @@ struct Predicted {
     /// Sums of squared errors of simulations of whole recordings; `None` if there are none.
     free_runs: Option<Sums>,
     found: Vec<String>,
+    /// Typical prediction of a fold.
+    example: Option<Example>,
 }
 
 /// Measures prediction errors on the held-out records, or by cross-validation if no records were held out.
@@ -65,15 +71,20 @@ pub(crate) fn measure_errors(
         let named = crate::judge::named_set(&search, &mut found);
         let (calibrated, augmented) = (&found.base().fit, &found.sets[named].fit);
         let on_fold = predicted(prepared, fold, [calibrated, augmented], seed);
-        Predicted { found: kinds(&augmented.hypothesis.additions), ..on_fold }
+        let mut shown = examples(&prepared.sample(fold), [calibrated, augmented], &on_fold.lists);
+        // Of three predictions, the median one is second.
+        let typical = if shown.is_empty() { None } else { Some(shown.swap_remove(shown.len() / 2)) };
+        Predicted { found: kinds(&augmented.hypothesis.additions), example: typical, ..on_fold }
     };
     let done: Vec<Predicted> = folds.par_iter().map(predict_fold).collect();
-    let mut out = Errors { lists: ForecastErrors::default(), folds: Vec::new(), free_run: None };
+    let mut out =
+        Errors { lists: ForecastErrors::default(), folds: Vec::new(), example: None, free_run: None };
     let mut runs = Vec::new();
     for predicted in done {
         out.lists.extend(predicted.lists);
         out.folds.push(predicted.found);
         runs.push(predicted.free_runs);
+        out.example = out.example.or(predicted.example);
     }
     out.free_run = means(&runs);
     out
@@ -82,7 +93,8 @@ pub(crate) fn measure_errors(
 /// Measures prediction errors of the fits (calibrated, augmented) on `records`, without refits.
 pub(crate) fn errors_of_fits(prepared: &Prepared, records: &[usize], fits: [&Fit; 2], seed: u64) -> Errors {
     let predicted = predicted(prepared, records, fits, seed);
-    Errors { lists: predicted.lists, folds: Vec::new(), free_run: means(&[predicted.free_runs]) }
+    let free_run = means(&[predicted.free_runs]);
+    Errors { lists: predicted.lists, folds: Vec::new(), example: None, free_run }
 }
 
 /// Records of each cross-validation fold: every fifth record, by order. The only record of a group is in no
@@ -106,7 +118,7 @@ fn predicted(prepared: &Prepared, records: &[usize], [base, best]: [&Fit; 2], se
         if limit.is_finite() { outlying_windows(limit, [&with_nuisances(base), &held]) } else { Vec::new() };
     let lists = ForecastErrors::measure(&sample, [base, best], &held, &excluded, seed);
     let free_runs = FreeRuns::new(&sample).map(|runs| [base, best].map(|fit| summed(runs.squares(fit))));
-    Predicted { lists, free_runs, found: Vec::new() }
+    Predicted { lists, free_runs, found: Vec::new(), example: None }
 }
 
 /// Mean squared residual, in units of the noise variance, above which a window is excluded from the prediction

@@ -413,8 +413,9 @@ impl<'a> ProblemBuilder<'a> {
         if self.width <= MAX_COLUMNS {
             return;
         }
+        let declared = self.declared_products();
         let gains: Vec<f64> =
-            (self.fitted..self.groups.len()).into_par_iter().map(|g| self.gain(g)).collect();
+            (self.fitted..self.groups.len()).into_par_iter().map(|g| self.gain(g, &declared)).collect();
         let mut order: Vec<usize> = (0..gains.len()).collect();
         order.sort_by(|&a, &b| gains[b].total_cmp(&gains[a]).then(a.cmp(&b)));
         let mut width = self.pieces[0].0;
@@ -445,23 +446,37 @@ impl<'a> ProblemBuilder<'a> {
         self.width = next;
     }
 
+    /// Products of the columns of theta with each other, weighted over all windows.
+    fn declared_products(&self) -> Square {
+        let p = self.pieces[0].0;
+        let mut h = Square::zero(p);
+        for window in &self.rows.windows {
+            let sums = gram_of_rows(&window.values, self.rows.width);
+            for i in 0..p {
+                (0..p).for_each(|j| *h.at_mut(i, j) += window.weight * sums[i * self.rows.width + j]);
+            }
+        }
+        h
+    }
+
     /// Gain of a single candidate, with group index `g`, when added to the fitted set; 0 if its columns are
-    /// not independent.
-    fn gain(&self, g: usize) -> f64 {
+    /// not independent. `declared` are the products of the columns of theta.
+    fn gain(&self, g: usize, declared: &Square) -> f64 {
         let (count, columns) = &self.pieces[1 + g - self.fitted];
         let p = self.pieces[0].0;
         let n = p + count;
         let (mut h, mut u) = (Square::zero(n), vec![0.0; n]);
+        (0..p).for_each(|i| h.a[i * n..][..p].copy_from_slice(&declared.a[i * p..][..p]));
         for (w, window) in self.rows.windows.iter().enumerate() {
             let rows = window.values.chunks_exact(self.rows.width).zip(columns[w].chunks_exact(*count));
-            for (row, candidate) in rows {
-                let value = |i: usize| if i < p { row[i] } else { candidate[i - p] };
-                for (i, gradient) in u.iter_mut().enumerate().skip(p) {
-                    *gradient += window.weight * value(i) * row[p];
-                    (0..=i).for_each(|j| *h.at_mut(i, j) += window.weight * value(i) * value(j));
-                }
-                for i in 0..p {
-                    (0..=i).for_each(|j| *h.at_mut(i, j) += window.weight * value(i) * value(j));
+            // An effect on one output has no derivatives in the rows of the others.
+            for (row, candidate) in rows.filter(|(_, candidate)| candidate.iter().any(|x| *x != 0.0)) {
+                for (i, value) in candidate.iter().enumerate() {
+                    let weighted = window.weight * value;
+                    u[p + i] += weighted * row[p];
+                    let line = &mut h.a[(p + i) * n..][..n];
+                    line[..p].iter_mut().zip(row).for_each(|(sum, x)| *sum += weighted * x);
+                    line[p..=p + i].iter_mut().zip(candidate).for_each(|(sum, x)| *sum += weighted * x);
                 }
             }
         }

@@ -37,6 +37,15 @@ pub(super) fn schema_of(model: &Model) -> Schema {
         unit: (symbol_of(output.unit), 1.0),
         is_euclidean: false,
     });
+    // The joints of a robot are one motion: all their errors together decide, if they have one unit.
+    let first_unit = model.outputs.first().map(|output| symbol_of(output.unit)).unwrap_or_default();
+    let has_one_unit = model.outputs.iter().all(|output| symbol_of(output.unit) == first_unit);
+    let together = (model.robot.is_some() && has_one_unit && model.outputs.len() > 1).then(|| ErrorFigure {
+        name: "all joints".to_owned(),
+        channels: (0..model.outputs.len()).collect(),
+        unit: (first_unit, 1.0),
+        is_euclidean: false,
+    });
     let states = model.states.iter().take(model.declared_states());
     let rate_unit = |unit: Option<Unit>| {
         let dimensions = unit.map(|unit| unit.dimensions() / Dimensions::TIME);
@@ -62,7 +71,7 @@ pub(super) fn schema_of(model: &Model) -> Schema {
         inputs: inputs.collect(),
         features: features(model),
         targets: rates.chain(outputs).collect(),
-        error_figures: measures.collect(),
+        error_figures: together.into_iter().chain(measures).collect(),
         conditions: conditions(model),
         ..Schema::default()
     }
@@ -150,6 +159,13 @@ fn count_tokens(text: &str) -> usize {
 
 /// Names the conditions that another experiment could vary: the inputs, and the initial states.
 fn conditions(model: &Model) -> Vec<String> {
+    if let Some(robot) = &model.robot {
+        // The positions, speeds and accelerations of a robot are one motion, which is varied as a whole.
+        let motion: Vec<Symbol> = robot.motion_symbols().collect();
+        let others = model.inputs.iter().enumerate().filter(|(i, _)| !motion.contains(&Symbol::Input(*i)));
+        let joints = ["joint positions", "joint speeds"].map(str::to_owned).into_iter();
+        return joints.chain(others.map(|(_, input)| input.name.clone())).collect();
+    }
     model.inputs.iter().map(|input| input.name.clone()).chain(["starts".to_owned()]).collect()
 }
 

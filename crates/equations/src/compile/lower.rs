@@ -1,5 +1,6 @@
 //! Compiles expression trees to the operations of a graph.
 
+use super::joint_quantity::JointQuantity;
 use super::probe::Probe;
 use super::{Code, Derivatives, Graph, Id, Variable};
 use crate::model::{How, Model, Numerics, Target};
@@ -33,7 +34,7 @@ pub(crate) struct Width {
 pub(crate) struct Lowering<'m> {
     pub(crate) graph: Graph,
     pub(crate) widths: Vec<Width>,
-    model: &'m Model,
+    pub(super) model: &'m Model,
     lets: BTreeMap<(usize, Smoothing), Id>,
     /// Operation and index of every compiled `[let]` value; exported programs name these values.
     pub(crate) let_ids: Vec<(Id, usize)>,
@@ -45,6 +46,10 @@ pub(crate) struct Lowering<'m> {
     output: Option<(usize, Id)>,
     /// Rates of all states; empty until they are compiled.
     rates: Vec<Id>,
+    /// Torques or accelerations of the joints of the model's robot, as far as they are compiled.
+    pub(super) joint_values: BTreeMap<(JointQuantity, Smoothing), Vec<Id>>,
+    /// Whether the expression of an effect on a joint is being compiled.
+    pub(super) in_joint_effect: bool,
     probe: Probe,
 }
 
@@ -61,6 +66,8 @@ impl<'m> Lowering<'m> {
             rates_before_input_effects: BTreeMap::new(),
             output: None,
             rates: Vec::new(),
+            joint_values: BTreeMap::new(),
+            in_joint_effect: false,
             probe: Probe::new(model),
         };
         lowering.apply_input_and_parameter_effects();
@@ -88,6 +95,7 @@ impl<'m> Lowering<'m> {
                 self.changed.insert(change.target, after);
                 // The [let] values compiled so far use the input without this change.
                 self.lets.clear();
+                self.joint_values.clear();
             }
         }
         let changes = model.additions.iter().flat_map(|a| &a.changes);
@@ -101,6 +109,7 @@ impl<'m> Lowering<'m> {
             let after = self.combine(before, change.how, value);
             self.changed.insert(change.target, after);
             self.lets.clear();
+            self.joint_values.clear();
         }
     }
 
@@ -239,7 +248,7 @@ impl<'m> Lowering<'m> {
         }
     }
 
-    fn symbol(&mut self, symbol: Symbol, smoothing: Smoothing) -> Id {
+    pub(super) fn symbol(&mut self, symbol: Symbol, smoothing: Smoothing) -> Id {
         match symbol {
             Symbol::State(i) => self.graph.leaf(Code::State, i),
             Symbol::Input(i) => {
@@ -251,6 +260,10 @@ impl<'m> Lowering<'m> {
                 changed.unwrap_or_else(|| self.graph.leaf(Code::Parameter, i))
             }
             Symbol::Time => self.graph.leaf(Code::Time, 0),
+            Symbol::JointTorque(joint) => self.joint_torque(joint, smoothing),
+            Symbol::JointAcceleration(joint) => {
+                self.joint_values(JointQuantity::Acceleration, joint, smoothing)
+            }
             Symbol::Output(i) => self.output_for_effects(i, smoothing),
             Symbol::Let(i) => match self.lets.get(&(i, smoothing)) {
                 Some(id) => *id,

@@ -3,8 +3,10 @@
 mod code;
 mod derivative;
 mod graph;
+mod joint_quantity;
 mod lower;
 mod probe;
+mod robot;
 mod section;
 
 pub use code::Code;

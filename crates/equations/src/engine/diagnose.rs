@@ -116,6 +116,9 @@ impl Bindings for PointValues<'_> {
             Symbol::Parameter(i) => self.window.parameters[i],
             Symbol::Let(i) => self.lets.get(i).copied().unwrap_or(0.0),
             Symbol::Time => self.time,
+            Symbol::JointTorque(_) | Symbol::JointAcceleration(_) => {
+                self.model.robot.as_ref().map_or(0.0, |robot| robot.value(symbol, self))
+            }
             Symbol::Output(_) => 0.0,
         }
     }

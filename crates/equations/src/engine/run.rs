@@ -155,6 +155,9 @@ impl<'r, const L: usize> Run<'r, L> {
 
     /// Determines how many steps each window needs for stability; a window that needs too many fails.
     fn limit_steps(&mut self) {
+        if self.system.states() == 0 {
+            return;
+        }
         for lane in 0..self.windows.len() {
             self.sample_inputs(lane, self.windows[lane].first);
         }
@@ -213,6 +216,10 @@ impl<'r, const L: usize> Run<'r, L> {
 
     /// Advances every lane by a sample interval.
     fn advance_interval(&mut self, interval: usize) {
+        // A system without states has nothing to integrate: its outputs are functions of inputs and time.
+        if self.system.states() == 0 {
+            return;
+        }
         let model = &self.system.model;
         let is_aligned = model.inputs.iter().all(|i| i.delay.is_none())
             && self.windows.iter().all(|w| w.record.is_aligned);

@@ -160,7 +160,7 @@ pub(crate) fn fastest_mode(jacobian: &[f64], n: usize) -> (f64, usize) {
         logarithm += norm.ln() / exponent;
         power.iter_mut().for_each(|x| *x /= norm);
         let mut square = vec![0.0; n * n];
-        for (i, row) in square.chunks_exact_mut(n).enumerate() {
+        for (i, row) in square.chunks_exact_mut(n.max(1)).enumerate() {
             for (j, to) in row.iter_mut().enumerate() {
                 *to = (0..n).map(|k| power[i * n + k] * power[k * n + j]).sum();
             }

@@ -1,6 +1,7 @@
 //! Applies a row of the effect library to a model: replaces its names by the model's and infers units.
 
-use super::place::{Place, places};
+use super::place::places;
+use super::row_place::Place;
 use super::size::{describe_size, size_unit};
 use super::substitute::substitute;
 use crate::error::{Fault, ModelError, Place as FilePlace};
@@ -40,6 +41,10 @@ pub struct Candidate {
     pub shape: Option<String>,
     /// Names used in the library row, and the texts of the model that replace them.
     pub(super) names: Vec<(&'static str, String)>,
+    /// Number of joints on which the effect acts with parameters of their own; 1 for any other effect.
+    pub copies: usize,
+    /// For an effect on all joints, the names used in the library row for each joint; otherwise empty.
+    pub(super) part_names: Vec<Vec<(&'static str, String)>>,
     line: usize,
 }
 
@@ -86,15 +91,54 @@ pub(super) fn expand(row: &Row, model: &Model) -> Result<Vec<Candidate>, ModelEr
             let fault = Box::new(Fault::NoSuchPlace { name: escaped_short(place_name) });
             return Err(ModelError { place, fault, excerpt: None });
         };
-        for place in found {
-            candidates.push(expand_at(row, &place, model)?);
+        let first = candidates.len();
+        // The torques of the inverse dynamics are filtered and thinned out: a lag shorter than that is a delay to first order.
+        let is_filtered =
+            |target: Target| matches!(target, Target::Output(_)) && model.declared_states() == 0;
+        for place in found.iter().filter(|place| row.states.is_empty() || !is_filtered(place.target)) {
+            candidates.push(expand_at(row, place, model, "")?);
+        }
+        // The same effect on all joints of a robot is one hypothesis, with values of each joint's own.
+        if place_name == "force"
+            && let Some(robot) = model.robot.as_ref().filter(|_| found.len() > 1)
+        {
+            let suffixes = robot.joint_names().map(|name| format!("_{name}"));
+            let parts =
+                found.iter().zip(suffixes).map(|(place, suffix)| expand_at(row, place, model, &suffix));
+            let parts = parts.collect::<Result<Vec<Candidate>, ModelError>>()?;
+            candidates.truncate(first + found.len());
+            candidates.push(all_joints(&parts, model)?);
         }
     }
     Ok(candidates)
 }
 
-/// Applies a library row at one place of a model.
-fn expand_at(row: &Row, place: &Place, model: &Model) -> Result<Candidate, ModelError> {
+/// Name of the place of an effect that acts on all joints of a robot.
+pub(crate) const ALL_JOINTS: &str = "all joints";
+
+/// Combines the same effect on each joint of a robot into one candidate effect.
+///
+/// The parameters are ordered by parameter, then by joint, so that coefficients come before inner parameters.
+fn all_joints(parts: &[Candidate], model: &Model) -> Result<Candidate, ModelError> {
+    let Some(first) = parts.first() else {
+        let place = FilePlace { file: model.file.clone(), line: 1, key: "robot".into() };
+        let fault = Box::new(Fault::NoSuchPlace { name: ALL_JOINTS.into() });
+        return Err(ModelError { place, fault, excerpt: None });
+    };
+    let mut joined = Candidate { on: ALL_JOINTS.to_owned(), copies: parts.len(), ..first.clone() };
+    let by_joint = |k: usize| parts.iter().map(move |part| part.parameters[k].clone());
+    joined.parameters = (0..first.parameters.len()).flat_map(by_joint).collect();
+    joined.states = parts.iter().flat_map(|part| part.states.clone()).collect();
+    joined.changes = parts.iter().flat_map(|part| part.changes.clone()).collect();
+    joined.excludes.extend(parts.iter().map(|part| format!("{} on {}", part.kind, part.on)));
+    joined.part_names = parts.iter().map(|part| part.names.clone()).collect();
+    joined.formula = first.formula.replacen(&format!("torque on {}", first.on), "torque on each joint", 1);
+    Model { text: String::new(), ..model.clone() }.add(&joined.draft(&joined.nulls()))?;
+    Ok(joined)
+}
+
+/// Applies a library row at one place of a model; `suffix` is appended to the names of its parameters and states.
+fn expand_at(row: &Row, place: &Place, model: &Model, suffix: &str) -> Result<Candidate, ModelError> {
     let is_of_model = |name: &str| {
         let states = model.states.iter().any(|s| s.name == name);
         let inputs = model.inputs.iter().any(|i| i.name == name);
@@ -106,7 +150,7 @@ fn expand_at(row: &Row, place: &Place, model: &Model) -> Result<Candidate, Model
     let own_names = row.parameters.iter().map(|p| &p.name).chain(row.states.iter().map(|s| &s.name));
     let renamed: Vec<(String, String)> = own_names
         .map(|name| {
-            let mut other = name.clone();
+            let mut other = format!("{name}{suffix}");
             while is_of_model(&other) {
                 other.push_str("_added");
             }
@@ -120,8 +164,8 @@ fn expand_at(row: &Row, place: &Place, model: &Model) -> Result<Candidate, Model
     let text = |text: &str| substitute(text, replacement);
     let new_name = |name: &str| replacement(name).unwrap_or(name).to_owned();
     let mut changes = vec![((place.target, row.how), text(&row.expression))];
-    if let (Some(other), Some(expression)) = (place.other, &row.other) {
-        changes.push(((other, How::Add), text(expression)));
+    for (other, expression) in place.others.iter().zip(&row.others) {
+        changes.push(((*other, How::Add), text(expression)));
     }
     let substitute_state =
         |s: &DraftState| DraftState { name: new_name(&s.name), rate: text(&s.rate), start: text(&s.start) };
@@ -144,6 +188,8 @@ fn expand_at(row: &Row, place: &Place, model: &Model) -> Result<Candidate, Model
         changes,
         shape: None,
         names: place.names.clone(),
+        copies: 1,
+        part_names: Vec::new(),
         line: row.place.1,
     };
     candidate.formula = formula(&candidate, model);
@@ -162,6 +208,9 @@ fn formula(candidate: &Candidate, model: &Model) -> String {
             Target::Input(input) => model.inputs[*input].name.clone(),
             Target::Delay(input) => return format!("{0}(t - {text}) for {0}", model.inputs[*input].name),
             Target::Parameter(p) => model.parameters[*p].name.clone(),
+            Target::Joint(_) | Target::Inertia(..) | Target::Armature(_) | Target::Gravity(_) => {
+                model.robot.as_ref().map_or_else(String::new, |robot| robot.target_name(*target))
+            }
         };
         match how {
             How::Add => match text.strip_prefix('-') {
@@ -209,6 +258,9 @@ pub(super) fn make_names_unique(candidates: &mut [Candidate]) {
             |kind: &String| names.iter().find(|(other, there, _)| other == kind && *there == position);
         candidate.reduces_to =
             candidate.reduces_to.as_ref().and_then(simpler).map(|(_, _, name)| name.clone());
+        let complete =
+            |kind: &String| simpler(kind).map_or_else(|| kind.clone(), |(_, _, name)| name.clone());
+        candidate.excludes = candidate.excludes.iter().map(complete).collect();
     }
 }
 
@@ -269,12 +321,15 @@ impl Candidate {
 
     /// Lists all combinations of the values that `values_of` gives for each parameter.
     fn points(&self, values_of: impl Fn(&CandidateParameter) -> Vec<f64>) -> Vec<Vec<f64>> {
+        // All joints take the same place in their grids.
         let mut points = vec![Vec::new()];
-        for p in &self.parameters {
-            let values = values_of(p);
+        for joints in self.parameters.chunks(self.copies.max(1)) {
+            let values: Vec<Vec<f64>> = joints.iter().map(&values_of).collect();
+            let count = values.iter().map(Vec::len).min().unwrap_or(0);
+            let at = |k: usize| values.iter().map(|list| list[k]).collect::<Vec<f64>>();
             points = points
                 .iter()
-                .flat_map(|point: &Vec<f64>| values.iter().map(move |v| [&point[..], &[*v]].concat()))
+                .flat_map(|point: &Vec<f64>| (0..count).map(move |k| [&point[..], &at(k)].concat()))
                 .collect();
         }
         points
@@ -330,13 +385,17 @@ impl Candidate {
         }
         let Some(addition) = scratch.additions.last() else { return };
         let Some(change) = addition.changes.first() else { return };
-        let target_dimensions = match (change.target, change.how) {
-            (Target::Delay(_), _) => Some(Dimensions::TIME),
-            (_, How::Factor) => Some(Dimensions::NONE),
-            (Target::Rate(i), _) => model.states[i].unit.map(|u| u.dimensions() / Dimensions::TIME),
-            (Target::Output(i), _) => model.outputs[i].unit.map(Unit::dimensions),
-            (Target::Input(i), _) => model.inputs[i].unit.map(Unit::dimensions),
-            (Target::Parameter(i), _) => model.parameters[i].unit.map(Unit::dimensions),
+        let target_unit = match (change.target, change.how) {
+            (Target::Delay(_), _) => Some(Unit::SECOND),
+            (_, How::Factor) => Some(Unit::DIMENSIONLESS),
+            (Target::Rate(i), _) => {
+                let per_second = |u: Unit| Unit::from_dimensions(u.dimensions() / Dimensions::TIME);
+                model.states[i].unit.and_then(per_second)
+            }
+            (Target::Output(i), _) => model.outputs[i].unit,
+            (Target::Input(i), _) => model.inputs[i].unit,
+            (Target::Parameter(i), _) => model.parameters[i].unit,
+            (target, _) => model.robot.as_ref().and_then(|robot| robot.target_unit(target)),
         };
         let term = match change.how {
             // `1 + c z` is a pure number, so that the unit of c is one over that of z.
@@ -345,13 +404,20 @@ impl Candidate {
             }
             _ => dimensions_of(&scratch, &change.value.tree),
         };
-        let unit = target_dimensions.zip(term).and_then(|(target, term)| {
-            let dimensions = target / term;
+        let unit = target_unit.zip(term).and_then(|(target, term)| {
+            let dimensions = target.dimensions() / term;
             if dimensions.is_pure() {
                 return Some(Unit::DIMENSIONLESS);
             }
-            Unit::from_dimensions(dimensions)
+            // A torque has the dimensions of an energy, but nobody states it in joules.
+            let is_torque = target.dimensions() == torque_dimensions() && target.symbol() != "J";
+            if is_torque { target.over(term) } else { Unit::from_dimensions(dimensions) }
         });
         coefficients.iter().for_each(|i| self.parameters[*i].unit = unit);
     }
+}
+
+/// Dimensions of a torque: those of a force times a length.
+fn torque_dimensions() -> Dimensions {
+    Unit::parse("N m").map_or(Dimensions::NONE, Unit::dimensions)
 }

@@ -5,6 +5,8 @@ mod expand;
 mod formulas;
 mod named;
 mod place;
+mod robot;
+mod row_place;
 mod scale;
 mod size;
 mod substitute;

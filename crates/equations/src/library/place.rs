@@ -1,5 +1,7 @@
 //! Places of a model where a library row can be applied: equations, inputs, outputs and parameters.
 
+use super::robot;
+use super::row_place::Place;
 use crate::model::{Input, Model, Output, Parameter, Target};
 use crate::text::{Kind, Symbol, Tree};
 
@@ -62,25 +64,19 @@ fn proportional(model: &Model, tree: &Tree) -> Option<usize> {
     state
 }
 
-/// A place of a model to which a library row is applied.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Place {
-    pub(super) target: Target,
-    /// Second equation that the row changes, of a pair of equations; `None` for a single one.
-    pub(super) other: Option<Target>,
-    pub(super) on: String,
-    pub(super) with: Option<String>,
-    /// Names used in the library row, and the texts of the model that replace them.
-    pub(super) names: Vec<(&'static str, String)>,
-}
-
 /// Lists all places that a word stands for; `None` if it is neither a general place nor a name of the model.
 ///
 /// The general places are explained at the top of `library.toml` and `formulas.toml`.
 pub(super) fn places(word: &str, model: &Model) -> Option<Vec<Place>> {
     let motion = Kinematics::from_model(model);
     let places = match word {
-        "force" => force_places(model, &motion),
+        "force" => match &model.robot {
+            Some(robot) => robot::joint_places(robot),
+            None => force_places(model, &motion),
+        },
+        "joint-load" | "joint-pair" | "joint-inertia-pair" | "armature" | "payload" | "tilt" => {
+            model.robot.as_ref().map_or_else(Vec::new, |robot| robot::places(word, robot))
+        }
         "flow" => flow_places(model, &motion),
         "flow-pair" => flow_pair_places(model, &motion),
         "input" => input_places(model),
@@ -100,7 +96,7 @@ pub(super) fn places(word: &str, model: &Model) -> Option<Vec<Place>> {
 }
 
 fn place(target: Target, on: String, with: Option<String>, names: Vec<(&'static str, String)>) -> Place {
-    Place { target, other: None, on, with, names }
+    Place { target, others: Vec::new(), on, with, names }
 }
 
 fn state_name(model: &Model, state: usize) -> String {
@@ -133,7 +129,7 @@ fn flow_pair_places(model: &Model, motion: &Kinematics) -> Vec<Place> {
             let (name, other_name) = (state_name(model, x), state_name(model, w));
             let names = vec![("x", name.clone()), ("w", other_name.clone())];
             let mut found = place(Target::Rate(x), name, Some(other_name), names);
-            found.other = Some(Target::Rate(w));
+            found.others = vec![Target::Rate(w)];
             list.push(found);
         }
     }
@@ -143,12 +139,20 @@ fn flow_pair_places(model: &Model, motion: &Kinematics) -> Vec<Place> {
 /// Places `input`: every input of a model.
 fn input_places(model: &Model) -> Vec<Place> {
     let to_place = |(i, input): (usize, &Input)| place_of_input(Target::Input(i), input);
-    model.inputs.iter().enumerate().map(to_place).collect()
+    free_inputs(model).map(to_place).collect()
+}
+
+/// Lists the inputs of a model, without those that are measured positions, speeds or accelerations of a robot's joints.
+///
+/// These belong together: a change of one of them alone would be no motion.
+fn free_inputs(model: &Model) -> impl Iterator<Item = (usize, &Input)> {
+    let motion: Vec<Symbol> = model.robot.iter().flat_map(|robot| robot.motion_symbols()).collect();
+    model.inputs.iter().enumerate().filter(move |(index, _)| !motion.contains(&Symbol::Input(*index)))
 }
 
 /// Places for the delay of every input that has no delay.
 fn delay_places(model: &Model) -> Vec<Place> {
-    let free = model.inputs.iter().enumerate().filter(|(_, input)| input.delay.is_none());
+    let free = free_inputs(model).filter(|(_, input)| input.delay.is_none());
     free.map(|(i, input)| place_of_input(Target::Delay(i), input)).collect()
 }
 
@@ -199,7 +203,7 @@ fn law_places_of_two(
 fn output_input_places(model: &Model) -> Vec<Place> {
     let mut list = Vec::new();
     for (i, output) in model.outputs.iter().enumerate() {
-        list.extend(model.inputs.iter().map(|u| place_of_output(i, output, u.name.clone())));
+        list.extend(free_inputs(model).map(|(_, u)| place_of_output(i, output, u.name.clone())));
     }
     list
 }
@@ -227,11 +231,21 @@ fn parameter_places(model: &Model, motion: &Kinematics) -> Vec<Place> {
     quantities.extend((0..model.declared_states()).map(|state| state_name(model, state)));
     quantities.extend(model.inputs.iter().map(|u| u.name.clone()));
     quantities.extend(speeds);
+    // The inertias of a robot are constants of rigid bodies, and the law of each joint in its motion is an effect on the
+    // joint: only time and further inputs, such as a temperature, may change the other parameters.
+    let mut constants = Vec::new();
+    if let Some(robot) = &model.robot {
+        constants.extend(robot.parameters());
+        quantities =
+            ["t".to_owned()].into_iter().chain(free_inputs(model).map(|(_, u)| u.name.clone())).collect();
+    }
     let mut list = Vec::new();
     // A name with a dot is the delay of an input.
-    let is_free = |p: &Parameter| !p.frozen && !p.name.contains('.');
+    let is_free = |p: usize, parameter: &Parameter| {
+        !parameter.frozen && !parameter.name.contains('.') && !constants.contains(&p)
+    };
     let declared = model.parameters[..model.declared_parameters()].iter().enumerate();
-    for (p, parameter) in declared.filter(|(_, p)| is_free(p)) {
+    for (p, parameter) in declared.filter(|(p, parameter)| is_free(*p, parameter)) {
         for z in &quantities {
             let (on, names) = (parameter.name.clone(), vec![("z", z.clone())]);
             list.push(place(Target::Parameter(p), on, Some(z.clone()), names));
@@ -268,16 +282,17 @@ fn reset_places(model: &Model) -> Vec<Place> {
 
 /// The target that a name of the model stands for; `None` for an unknown name.
 ///
-/// The name is looked up among states (whose rate is the target), inputs, outputs and parameters, in this order.
+/// The name is looked up among states (whose rate is the target), inputs, outputs, parameters and joints, in this order.
 pub(crate) fn target_named(name: &str, model: &Model) -> Option<Target> {
     let input = || model.inputs.iter().position(|i| i.name == name).map(Target::Input);
     let output = || model.outputs.iter().position(|o| o.name == name).map(Target::Output);
     let parameter = || model.parameter(name).map(Target::Parameter);
-    model.state(name).map(Target::Rate).or_else(input).or_else(output).or_else(parameter)
+    let joint = || model.robot.as_ref().and_then(|robot| robot.joint(name)).map(Target::Joint);
+    model.state(name).map(Target::Rate).or_else(input).or_else(output).or_else(parameter).or_else(joint)
 }
 
 /// The place that a name of the model stands for; `None` for an unknown name.
 fn place_named(name: &str, model: &Model) -> Option<Place> {
     let target = target_named(name, model)?;
-    Some(Place { target, other: None, on: name.to_owned(), with: None, names: Vec::new() })
+    Some(Place { target, others: Vec::new(), on: name.to_owned(), with: None, names: Vec::new() })
 }

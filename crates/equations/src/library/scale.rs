@@ -46,7 +46,9 @@ impl Scales {
         let mut count = 0;
         for window in windows {
             let Ok(states) = system.states_along(window, options) else { continue };
-            for (k, state) in states.chunks_exact(window.start.len().max(1)).enumerate() {
+            let width = window.start.len();
+            for k in 0..=window.last - window.first {
+                let Some(state) = states.get(k * width..(k + 1) * width) else { break };
                 count += 1;
                 let finite = state.iter().all(|x| x.is_finite());
                 if count % stride == 0 && finite {
@@ -130,10 +132,12 @@ impl Scales {
     /// Multiples of sizes become values. A coefficient gets a typical value, and bounds where its library row
     /// gives none.
     pub fn resolve(&self, candidate: &mut Candidate, model: &Model) {
-        let names = candidate.names.clone();
-        for p in &mut candidate.parameters {
+        let (names, copies) = (candidate.names.clone(), candidate.copies.max(1));
+        let part_names = candidate.part_names.clone();
+        for (index, p) in candidate.parameters.iter_mut().enumerate() {
             let Some(of) = p.of.take() else { continue };
-            let (offset, factor) = self.size(&of, &names, model);
+            let names = part_names.get(index % copies).unwrap_or(&names);
+            let (offset, factor) = self.size(&of, names, model);
             let value = |x: f64| if x.is_finite() { offset + factor * x } else { x };
             (p.min, p.max, p.null) = (value(p.min), value(p.max), value(p.null));
             p.typical = p.typical.map(value);
@@ -209,7 +213,9 @@ impl Scales {
         parameters.extend(&values);
         // A state that belongs to the effect is taken to be as large as its first inner parameter.
         let effect_state = candidate.parameters.iter().find(|p| p.is_inner).map_or(1.0, |p| p.null);
-        let Some(change) = scratch.additions.last().and_then(|a| a.changes.first()) else { return 1.0 };
+        // Of an effect on all joints, the change of the parameter's own joint.
+        let part = if candidate.part_names.is_empty() { 0 } else { index % candidate.copies };
+        let Some(change) = scratch.additions.last().and_then(|a| a.changes.get(part)) else { return 1.0 };
         let (mut term, mut changed) = (Vec::new(), Vec::new());
         for point in &self.points {
             let point_values = PointValues::new(&scratch, point, &parameters, effect_state);
@@ -222,6 +228,8 @@ impl Scales {
                 (_, Target::Input(i)) => point.inputs.get(i).copied().unwrap_or(0.0),
                 (_, Target::Parameter(i)) => parameters[i],
                 (_, Target::Delay(_)) => self.step_s,
+                (_, Target::Joint(joint)) => scratch.joint_torque(joint, &point_values),
+                (_, target) => scratch.robot.as_ref().map_or(1.0, |robot| robot.typical_property(target)),
             });
         }
         let size = TYPICAL_RATIO * rms(&changed) / rms(&term);
@@ -270,6 +278,9 @@ impl Bindings for PointValues<'_> {
             Symbol::Parameter(i) => self.parameters.get(i).copied().unwrap_or(0.0),
             Symbol::Let(i) => self.lets.get(i).copied().unwrap_or(0.0),
             Symbol::Time => self.point.time,
+            Symbol::JointTorque(_) | Symbol::JointAcceleration(_) => {
+                self.model.robot.as_ref().map_or(0.0, |robot| robot.value(symbol, self))
+            }
             Symbol::Output(i) => self.model.outputs.get(i).map_or(0.0, |o| o.value.tree.value(self)),
         }
     }

@@ -21,6 +21,16 @@ pub enum Target {
     Delay(usize),
     /// A parameter as all equations use it, given by its index.
     Parameter(usize),
+    /// The torque on a joint of the robot, given by the index of the joint.
+    ///
+    /// It adds to the torque of the drive, before the mass matrix; in the inverse dynamics it is subtracted.
+    Joint(usize),
+    /// An inertial parameter of a link of the robot: index of the link in the tree, and of the parameter (0 to 9).
+    Inertia(usize, usize),
+    /// The inertia of the rotor of a joint of the robot, given by the index of the joint.
+    Armature(usize),
+    /// The acceleration of gravity along an axis of the robot's base (0 to 2), m/s2.
+    Gravity(usize),
 }
 
 /// How an effect's expression changes its target: it is added, multiplied, or replaces it.
@@ -181,6 +191,11 @@ impl Scope for View<'_> {
             name: escaped_short(name),
             nearest: nearest(name, tables.iter().map(|t| t.name.as_str())),
         })
+    }
+
+    fn joint(&self, name: &str) -> Result<usize, Problem> {
+        let joints: Vec<String> = self.model.robot.iter().flat_map(|r| r.joint_names()).collect();
+        super::scope::joint_named(name, &joints)
     }
 
     fn allows_slope(&self) -> bool {

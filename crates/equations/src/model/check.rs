@@ -14,6 +14,7 @@ pub(super) fn check(model: &Model, reader: Reader<'_>) -> Result<(), ModelError>
         }
     }
     model.inputs.iter().filter_map(|i| i.delay).for_each(|delay| used[delay] = true);
+    model.robot.iter().flat_map(|robot| robot.parameters()).for_each(|index| used[index] = true);
     let is_unused = |i: &usize| !used[*i] && !model.parameters[*i].frozen;
     if let Some(index) = (0..model.parameters.len()).find(is_unused) {
         let p = &model.parameters[index];
@@ -33,6 +34,7 @@ pub(super) fn check(model: &Model, reader: Reader<'_>) -> Result<(), ModelError>
     if let Some(o) = model.outputs.iter().find(|o| !depends_on_state(&o.value, &state_dependent)) {
         return Err(reader.error(o.value.line, &o.value.key, Fault::NeverChanges));
     }
+    check_dynamics(model, reader)?;
     for text in model.numerics.widths.keys() {
         if !smoothed_arguments(model).any(|argument| argument == text) {
             let line = reader.text.find("sign_width").map_or(1, |position| reader.line(position));
@@ -43,10 +45,34 @@ pub(super) fn check(model: &Model, reader: Reader<'_>) -> Result<(), ModelError>
     Ok(())
 }
 
+/// Checks that the joints have what the dynamics of a robot are computed from: accelerations, or torques of the drives.
+fn check_dynamics(model: &Model, reader: Reader<'_>) -> Result<(), ModelError> {
+    let Some(robot) = &model.robot else { return Ok(()) };
+    let has_acceleration = robot.joints.iter().all(|joint| joint.acceleration.is_some());
+    let has_torque = robot.joints.iter().all(|joint| joint.torque.is_some());
+    for expression in expressions(model) {
+        let cause = expression.tree.symbols().find_map(|symbol| match symbol {
+            Symbol::JointTorque(_) if !has_acceleration => Some(
+                "inverse_dynamics needs the acceleration of every joint; add acceleration = [\"a1_rad_s2\"] to [robot], with \
+                 one expression for each joint",
+            ),
+            Symbol::JointAcceleration(_) if !has_torque => Some(
+                "forward_dynamics needs the torque of every drive; add torque = [\"tau1_N_m\"] to [robot], with one expression \
+                 for each joint",
+            ),
+            _ => None,
+        });
+        if let Some(cause) = cause {
+            return Err(reader.error(expression.line, &expression.key, Fault::Robot { cause: cause.into() }));
+        }
+    }
+    Ok(())
+}
+
 /// Whether an expression uses a state, directly or through a `[let]` value that `state_dependent` marks.
 fn depends_on_state(expression: &Expression, state_dependent: &[bool]) -> bool {
     expression.tree.symbols().any(|symbol| match symbol {
-        Symbol::State(_) => true,
+        Symbol::State(_) | Symbol::JointTorque(_) | Symbol::JointAcceleration(_) => true,
         Symbol::Let(i) => state_dependent.get(i).copied().unwrap_or(false),
         _ => false,
     })
@@ -62,7 +88,8 @@ fn expressions(model: &Model) -> impl Iterator<Item = &Expression> {
         std::iter::once(&e.when).chain(e.set.iter().map(|(_, value)| value)).chain(until)
     });
     let added = model.additions.iter().flat_map(|a| a.changes.iter().map(|c| &c.value));
-    lets.chain(rates).chain(outputs).chain(events).chain(added)
+    let robot = model.robot.iter().flat_map(|robot| robot.expressions());
+    lets.chain(rates).chain(outputs).chain(events).chain(robot).chain(added)
 }
 
 /// Texts of the arguments of all smoothed functions and conditions in a model.

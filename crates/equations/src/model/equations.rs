@@ -10,6 +10,7 @@ use crate::nearest::nearest;
 use crate::text::{self, Problem, Tree};
 use augsim_data::{Dimensions, Unit, escaped_short};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// The second pass over a model file, which reads the expressions.
 pub(super) struct Equations<'n> {
@@ -24,7 +25,12 @@ impl<'n> Equations<'n> {
     }
 
     /// Reads all expressions into `model`, whose names and numbers are read already.
-    pub(super) fn read(mut self, file: &Item<'_, '_>, model: &mut Model) -> Result<(), ModelError> {
+    pub(super) fn read(
+        mut self,
+        file: &Item<'_, '_>,
+        robot: Option<super::robot::Declared>,
+        model: &mut Model,
+    ) -> Result<(), ModelError> {
         for (index, (name, item)) in
             section(file, "let", "values", limits::MAX_PARAMETERS)?.into_iter().enumerate()
         {
@@ -51,6 +57,18 @@ impl<'n> Equations<'n> {
             model.outputs[index].value = value;
         }
         self.events(file, model)?;
+        if let Some(declared) = robot {
+            let robot = declared.complete(file, model, |item| {
+                // A torque may use any value of [let], wherever [robot] is in the file.
+                let at_end = Item { line: usize::MAX, ..item.clone() };
+                let read = self.expression(&at_end, Site::Equation, false);
+                read.map(|expression| Expression { line: item.line, ..expression }).map_err(|mut e| {
+                    e.place.line = item.line;
+                    e
+                })
+            })?;
+            model.robot = Some(Arc::new(robot));
+        }
         model.numerics = numerics(file)?;
         Ok(())
     }

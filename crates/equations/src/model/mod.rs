@@ -8,6 +8,8 @@ mod entries;
 mod equations;
 mod quantity;
 mod read;
+mod robot;
+mod robot_properties;
 mod row;
 mod scope;
 mod start;
@@ -20,11 +22,15 @@ pub use addition::{Addition, Change, Draft, DraftState, DraftTarget, How, Target
 use augsim_data::{Dimensions, Unit};
 pub use covariance::Covariance;
 pub use read::{parse, read};
+pub use robot::{Joint, LinkProperties, Property, RobotModel, plain_name};
+pub use robot_properties::RobotProperties;
 pub(crate) use row::read_all;
 pub use row::{Row, RowParameter};
 pub use start::FirstSamples;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 pub(crate) use units::dimensions_of;
+pub use write::with_description_file;
 
 /// An expression of a model file, with its line and key in the file.
 #[derive(Debug, Clone, PartialEq)]
@@ -282,6 +288,8 @@ pub struct Model {
     pub tables: Vec<Table>,
     /// Numerical settings that the file declares.
     pub numerics: Numerics,
+    /// Rigid-body dynamics of a robot; `None` if the file has no section `[robot]`.
+    pub robot: Option<Arc<RobotModel>>,
     /// Effects that change the equations, in the order in which they are applied.
     pub additions: Vec<Addition>,
     /// Covariance of the fitted parameters; `None` if no fit has written it.

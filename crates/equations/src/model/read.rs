@@ -60,13 +60,16 @@ pub fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
         events: Vec::new(),
         tables: Vec::new(),
         numerics: Numerics::default(),
+        robot: None,
         additions: Vec::new(),
         covariance: None,
         candidates: Vec::new(),
         text: text.into(),
     };
+    let robot = super::robot::declare(&file)?;
+    names.joints.extend(robot.iter().flat_map(|robot| robot.joints.clone()));
     declare(&file, &mut model, &mut names)?;
-    Equations::new(&names).read(&file, &mut model)?;
+    Equations::new(&names).read(&file, robot, &mut model)?;
     effects::read(&file, &mut model)?;
     model.covariance = covariance::read(&file, &model)?;
     check::check(&model, reader)?;
@@ -74,7 +77,7 @@ pub fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
 }
 
 /// Keys that a model file may have at its top level.
-const TOP_LEVEL_KEYS: [&str; 14] = [
+const TOP_LEVEL_KEYS: [&str; 15] = [
     "scenario",
     "name",
     "states",
@@ -85,6 +88,7 @@ const TOP_LEVEL_KEYS: [&str; 14] = [
     "outputs",
     "events",
     "tables",
+    "robot",
     "numerics",
     "effect",
     "candidate",
@@ -103,11 +107,17 @@ fn declare(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<
     let missing = |key, example| file.error(Fault::Missing { key, example });
     let scenario = file.entry("scenario").ok_or_else(|| missing("scenario", "scenario = \"system\""))?;
     scenario.word(&[("system", ())], "\"system\" for a system of equations")?;
+    // The inverse dynamics of a robot need no states: the measured motion is an input.
+    let is_static =
+        !names.joints.is_empty() && file.entry("states").is_none() && file.entry("rates").is_none();
     for (key, example) in [
         ("states", "[states] with a line such as x_m = { start = \"position_m\" }"),
         ("rates", "[rates] with a line such as x_m = \"v_m_s\""),
         ("outputs", "[outputs] with a line such as position_m = { value = \"x_m\", sd = \"estimate\" }"),
     ] {
+        if is_static && key != "outputs" {
+            continue;
+        }
         let table = file.entry(key).ok_or_else(|| missing(key, example))?;
         if table.entries("a table, such as [states]")?.is_empty() {
             return Err(table.error(Fault::EmptyTable { example }));

@@ -20,8 +20,8 @@ pub struct Row {
     pub how: How,
     /// Text of the effect's expression, in names of the row and of the model.
     pub expression: String,
-    /// Expression that the effect adds to the second equation of a pair; `None` if it changes one equation.
-    pub other: Option<String>,
+    /// Expressions that the effect adds to the further targets of its place, such as the second equation of a pair.
+    pub others: Vec<String>,
     /// States that belong to the effect.
     pub states: Vec<DraftState>,
     /// Parameters of the effect.
@@ -129,7 +129,6 @@ impl Row {
                 states.push(DraftState { name: name.to_owned(), rate, start });
             }
         }
-        let other = item.entry("add_other").map(|o| o.text("an expression in quotes").map(str::to_owned));
         let mut parameters = Vec::new();
         for (name, entry) in item.entries("written as [[candidate]] blocks")? {
             if !RESERVED_KEYS.contains(&name) {
@@ -146,7 +145,7 @@ impl Row {
             on,
             how,
             expression,
-            other: other.transpose()?,
+            others: texts("add_other")?,
             states,
             parameters,
             equivalent_causes: texts("stands_for")?,

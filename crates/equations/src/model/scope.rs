@@ -12,6 +12,8 @@ pub(super) struct Names {
     pub(super) let_lines: Vec<usize>,
     pub(super) outputs: Vec<String>,
     pub(super) tables: Vec<String>,
+    /// Names of the joints of `[robot]`.
+    pub(super) joints: Vec<String>,
 }
 
 /// The kind of place of an expression in a model file, which decides what names it may use.
@@ -70,9 +72,21 @@ impl Scope for View<'_> {
         })
     }
 
+    fn joint(&self, name: &str) -> Result<usize, Problem> {
+        joint_named(name, &self.names.joints)
+    }
+
     fn allows_slope(&self) -> bool {
         self.site == Site::Start
     }
+}
+
+/// Finds the index of a joint by its name.
+pub(super) fn joint_named(name: &str, joints: &[String]) -> Result<usize, Problem> {
+    joints.iter().position(|joint| joint == name).ok_or_else(|| Problem::UnknownJoint {
+        name: augsim_data::escaped_short(name),
+        nearest: nearest(name, joints.iter().map(String::as_str)),
+    })
 }
 
 impl View<'_> {

@@ -83,6 +83,10 @@ fn dimensions_of_symbol(model: &Model, symbol: Symbol) -> Option<Dimensions> {
     match symbol {
         Symbol::Let(i) => model.lets.get(i).and_then(|l| l.dimensions),
         Symbol::Time => Some(Dimensions::TIME),
+        Symbol::JointTorque(i) => model.robot.as_ref().and_then(|r| r.torque_unit(i)).map(Unit::dimensions),
+        Symbol::JointAcceleration(i) => {
+            model.robot.as_ref().and_then(|r| r.acceleration_unit(i)).map(Unit::dimensions)
+        }
         _ => declared_unit(model, symbol).map(Unit::dimensions),
     }
 }
@@ -94,7 +98,7 @@ fn declared_unit(model: &Model, symbol: Symbol) -> Option<Unit> {
         Symbol::Input(i) => model.inputs.get(i).and_then(|q| q.unit),
         Symbol::Parameter(i) => model.parameters.get(i).and_then(|q| q.unit),
         Symbol::Output(i) => model.outputs.get(i).and_then(|q| q.unit),
-        Symbol::Let(_) | Symbol::Time => None,
+        Symbol::Let(_) | Symbol::Time | Symbol::JointTorque(_) | Symbol::JointAcceleration(_) => None,
     }
 }
 

@@ -6,6 +6,29 @@ use super::{Addition, How, Model, Parameter, RateNoise, SensorNoise};
 use crate::error::{Fault, ModelError, Place};
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value, value};
 
+/// Sets the path of the description file in the text of a model file; a text without `[robot]` stays as it is.
+///
+/// `file` is the name of the model file in messages.
+///
+/// # Errors
+/// The text cannot be edited as TOML.
+pub fn with_description_file(text: &str, file: &str, path: &str) -> Result<String, ModelError> {
+    let mut document = editable(text, file)?;
+    if let Some(robot) = document.get_mut("robot") {
+        set(robot, "file", path.into());
+    }
+    Ok(document.to_string())
+}
+
+/// Parses the text of a model file so that it can be edited.
+fn editable(text: &str, file: &str) -> Result<DocumentMut, ModelError> {
+    text.parse().map_err(|cause: toml_edit::TomlError| {
+        let place = Place { file: file.to_owned(), line: 1, key: String::new() };
+        let fault = Box::new(Fault::NotEditable { cause });
+        ModelError { place, fault, excerpt: None }
+    })
+}
+
 impl Model {
     /// Writes this model as the text of a model file that reads back as the same model.
     ///
@@ -15,11 +38,7 @@ impl Model {
     /// # Errors
     /// The text of the model cannot be edited as TOML.
     pub fn to_toml(&self) -> Result<String, ModelError> {
-        let mut document: DocumentMut = self.text.parse().map_err(|cause: toml_edit::TomlError| {
-            let place = Place { file: self.file.clone(), line: 1, key: String::new() };
-            let fault = Box::new(Fault::NotEditable { cause });
-            ModelError { place, fault, excerpt: None }
-        })?;
+        let mut document = editable(&self.text, &self.file)?;
         for p in &self.parameters[..self.declared_parameters()] {
             let entry = match p.name.split_once('.') {
                 Some((input, key)) => {

@@ -14,7 +14,31 @@ pub(crate) trait Bindings {
     fn slope(&self, output: usize) -> f64;
 }
 
+/// Bindings of an expression without tables and slopes to the values that a function returns.
+struct Values<'f>(&'f dyn Fn(Symbol) -> f64);
+
+impl Bindings for Values<'_> {
+    fn symbol(&self, symbol: Symbol) -> f64 {
+        (self.0)(symbol)
+    }
+
+    fn table(&self, _table: usize, _at: f64) -> f64 {
+        f64::NAN
+    }
+
+    fn slope(&self, _output: usize) -> f64 {
+        f64::NAN
+    }
+}
+
 impl Tree {
+    /// Computes the value of every node of the tree from the values of its names, in the order of the nodes.
+    ///
+    /// NaN for tables and slopes. `sign` and `step` are not smoothed.
+    pub fn node_values(&self, value_of: &dyn Fn(Symbol) -> f64) -> Vec<f64> {
+        self.values(&Values(value_of))
+    }
+
     /// Computes the value of every node of the tree, in the order of the nodes; `sign` and `step` are not smoothed.
     pub(crate) fn values(&self, bindings: &dyn Bindings) -> Vec<f64> {
         let mut values: Vec<f64> = Vec::with_capacity(self.nodes.len());

@@ -61,7 +61,7 @@ const FUNCTIONS: [(&str, Function, usize); 23] = [
 ];
 
 /// Names of the calls that have their own syntax.
-pub(crate) const SPECIAL: [&str; 3] = ["if", "table", "slope"];
+pub(crate) const SPECIAL: [&str; 5] = ["if", "table", "slope", "inverse_dynamics", "forward_dynamics"];
 
 /// Names that no quantity of a model may have, besides the names of functions.
 const RESERVED: [&str; 12] =

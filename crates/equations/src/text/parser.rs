@@ -27,6 +27,13 @@ pub trait Scope {
     /// # Errors
     /// [`Problem::UnknownTable`].
     fn table(&self, name: &str) -> Result<usize, Problem>;
+    /// Returns the index of the joint of the model's robot with this name.
+    ///
+    /// # Errors
+    /// [`Problem::UnknownJoint`].
+    fn joint(&self, name: &str) -> Result<usize, Problem> {
+        Err(Problem::UnknownJoint { name: crate::text::lexer::shortened(name), nearest: None })
+    }
     /// Whether `slope` is allowed in the expression.
     fn allows_slope(&self) -> bool {
         false
@@ -255,6 +262,8 @@ impl Parser<'_, '_> {
         match name {
             "if" => return self.condition(span),
             "table" | "slope" => return self.named_call(name, span),
+            "inverse_dynamics" => return self.joint_call(name, span, Symbol::JointTorque),
+            "forward_dynamics" => return self.joint_call(name, span, Symbol::JointAcceleration),
             _ => {}
         }
         let Some(function) = Function::named(name) else {
@@ -315,6 +324,26 @@ impl Parser<'_, '_> {
             return Err((problem, span.start..end));
         };
         Ok(self.push(Kind::If { comparison, left, right, then, otherwise }, span.start..end))
+    }
+
+    /// Parses `inverse_dynamics(JOINT)` and `forward_dynamics(JOINT)` after their names.
+    fn joint_call(
+        &mut self,
+        function: &str,
+        span: Range<usize>,
+        symbol: fn(usize) -> Symbol,
+    ) -> Result<usize, Failure> {
+        let function = SPECIAL.into_iter().find(|name| *name == function).unwrap_or_default();
+        let open = self.span.clone();
+        self.advance()?;
+        let Token::Name(name) = self.token else {
+            return Err(self.problem_here(Problem::NameMissing { function, expected: "a joint" }));
+        };
+        let name_span = self.span.clone();
+        self.advance()?;
+        let joint = self.scope.joint(name).map_err(|problem| (problem, name_span))?;
+        let end = self.close(&open)?;
+        Ok(self.push(Kind::Symbol(symbol(joint)), span.start..end))
     }
 
     /// Parses `table(NAME, z)` and `slope(OUTPUT)` after their names.

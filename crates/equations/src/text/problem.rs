@@ -61,6 +61,8 @@ pub enum Problem {
     NameMissing { function: &'static str, expected: &'static str },
     #[error("unknown table `{name}`{} (declare tables as [tables.NAME] with `at` and `values`)", suggest(.nearest))]
     UnknownTable { name: String, nearest: Option<String> },
+    #[error("unknown joint `{name}`{} (joints are listed under `joints` of [robot])", suggest(.nearest))]
+    UnknownJoint { name: String, nearest: Option<String> },
     #[error(
         "`slope` is allowed only in `start` and in effects on an output; write the rate of a state under [rates]"
     )]

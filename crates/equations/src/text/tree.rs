@@ -21,6 +21,10 @@ pub enum Symbol {
     Output(usize),
     /// The time in seconds since the trajectory began.
     Time,
+    /// The torque of a joint of the robot by its inverse dynamics, N m (or force, N), by the joint's index.
+    JointTorque(usize),
+    /// The acceleration of a joint of the robot by its forward dynamics, rad/s2 (or m/s2), by the joint's index.
+    JointAcceleration(usize),
 }
 
 /// Comparison operator of a condition.

@@ -11,3 +11,8 @@ mod engine;
 
 // The library of effects.
 mod effects;
+
+// Robots.
+mod robot;
+mod robot_effects;
+mod robot_messages;

@@ -104,7 +104,7 @@ class Discovery:
     @cached_property
     def model(self) -> Model:
         """The augmented model."""
-        return Model._of(_augsim.Model.parse(self._inner.model_toml()))
+        return Model._of(self._inner.model())
 
     def to_html(self, path: str | os.PathLike[str]) -> Path:
         """Writes the report as a self-contained page and returns its path."""

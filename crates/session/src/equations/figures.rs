@@ -5,6 +5,7 @@ use super::forecast::{FreeRun, free_runs};
 use super::records;
 use crate::Subject;
 use crate::discovery_page::{EffectCurve, Example};
+use crate::joints::{FrictionCurve, JointResult, friction_curves, joint_results};
 use augsim_data::Dataset;
 use augsim_discovery::Discovery;
 use augsim_equations::library::curves;
@@ -31,6 +32,10 @@ pub struct Figures {
     pub examples: Vec<Example>,
     /// Curves of the added effects over the quantities they depend on.
     pub curves: Vec<EffectCurve>,
+    /// Errors and effects of each joint of a robot; empty for other models.
+    pub joints: Vec<JointResult>,
+    /// Friction torque of each joint of a robot over its speed; empty for other models.
+    pub friction: Vec<FrictionCurve>,
 }
 
 /// Builds the figures of a discovery in `data`, which have the columns of the model.
@@ -39,7 +44,11 @@ pub struct Figures {
 pub fn figures(subject: &Subject, found: &Discovery, data: &Dataset) -> Figures {
     match subject {
         Subject::BuiltIn(_) => Figures::default(),
-        Subject::Equations(model) => draw(model, found, data).unwrap_or_default(),
+        Subject::Equations(model) => Figures {
+            joints: joint_results(subject, found, Some(data)),
+            friction: friction_curves(subject, found, data),
+            ..draw(model, found, data).unwrap_or_default()
+        },
     }
 }
 
@@ -91,7 +100,7 @@ fn draw(declared: &Model, found: &Discovery, data: &Dataset) -> anyhow::Result<F
             });
         }
     }
-    Ok(Figures { examples, curves })
+    Ok(Figures { examples, curves, ..Figures::default() })
 }
 
 /// Unwraps a periodic quantity: moves each value by whole periods to the one nearest to its predecessor.

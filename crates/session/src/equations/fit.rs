@@ -11,6 +11,8 @@ use thiserror::Error;
 
 /// Length of the shortest windows of a fit, in time constants of the fastest mode.
 const MIN_WINDOW_TIME_CONSTANTS: f64 = 2.0;
+/// Number of windows of a fit of a model without states: enough to fill the lanes of a few threads.
+const STATELESS_WINDOWS: f64 = 128.0;
 /// Minimum number of samples of the shortest windows of a fit.
 ///
 /// From fewer samples the initial states could not be estimated against the noise.
@@ -220,10 +222,16 @@ fn calibrate_tuned(
 ) -> anyhow::Result<Calibration> {
     let time_constant_s = system.fastest_time_constant_s(short_windows).unwrap_or(0.0);
     let shortest_s = MIN_WINDOW_SAMPLES * shortest_step_s(records);
-    let window_s = (MIN_WINDOW_TIME_CONSTANTS * time_constant_s).max(shortest_s);
+    let mut window_s = (MIN_WINDOW_TIME_CONSTANTS * time_constant_s).max(shortest_s);
+    let mut longest_s = doublings.map(|n| window_s * 2.0_f64.powi(n));
+    if system.model().states.is_empty() {
+        // Without states nothing grows along a window: windows only share the work.
+        let whole_s: f64 = records.iter().filter_map(|r| Some(r.times.last()? - r.times.first()?)).sum();
+        window_s = (whole_s / STATELESS_WINDOWS).max(shortest_s);
+        longest_s = Some(window_s);
+    }
     let system = system.with_windows(Some(window_s));
     let records = prepare_records(&system, records)?;
-    let longest_s = doublings.map(|n| window_s * 2.0_f64.powi(n));
     Ok(calibrate(&system, &records, longest_s, until)?)
 }
 

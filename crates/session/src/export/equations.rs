@@ -41,6 +41,8 @@ impl Writer<'_> {
                 Symbol::Let(i) => latex_name(&m.lets[i].name),
                 Symbol::Output(i) => latex_name(&m.outputs[i].name),
                 Symbol::Time => "t".to_owned(),
+                Symbol::JointTorque(i) => self.joint("\\tau", i),
+                Symbol::JointAcceleration(i) => self.joint("\\ddot{q}", i),
             };
         }
         let is_c = self.language == Language::C;
@@ -54,6 +56,12 @@ impl Writer<'_> {
             }
             _ => self.nan(),
         }
+    }
+
+    /// A quantity of a joint of the robot, by the dynamics of its rigid bodies.
+    fn joint(&self, symbol: &str, joint: usize) -> String {
+        let name = self.model.robot.as_ref().and_then(|robot| robot.joint_names().nth(joint));
+        format!("{symbol}_{{\\mathrm{{rigid}}}}({})", latex_name(&name.unwrap_or_default()))
     }
 
     fn nan(&self) -> String {

@@ -1,18 +1,21 @@
 //! Export of a model with its parameter values: LaTeX formulas, Python and C programs.
 //!
-//! The programs run without augsim.
+//! The programs run without augsim. A model of a robot is also exported as the robot's description, URDF or MJCF.
 
 mod ball;
 mod equations;
 mod groups;
 mod program;
 mod push;
+mod robot;
 mod routine;
 mod words;
 
-use crate::Subject;
+use crate::usage::ModelFault;
+use crate::{Subject, Usage};
 use augsim_data::Unit;
 use augsim_physics::model::{EffectBlock, ModelFile};
+use augsim_robot::description::Format;
 use augsim_system::Parameter;
 
 /// The language or format to which a model is exported.
@@ -24,18 +27,35 @@ pub enum Language {
     Python,
     /// The model is exported as a C99 program that needs only the C library.
     C,
+    /// The description file of the model's robot is exported as URDF, with the values of the model.
+    Urdf,
+    /// The description file of the model's robot is exported as MJCF, with the values of the model.
+    Mjcf,
 }
 
 /// Exports a model, with its parameter values, to a language.
 ///
 /// # Errors
-/// [`Usage`](crate::Usage) names the part of the model that cannot be exported, and an alternative; a model of
+/// [`Usage`] names the part of the model that cannot be exported, and an alternative; a model of
 /// equations that cannot be compiled gives the error of the compiler.
 pub fn export(subject: &Subject, language: Language) -> anyhow::Result<String> {
-    Ok(match subject {
-        Subject::Equations(model) if language == Language::Latex => equations::document(model),
-        Subject::Equations(model) => program::program(model, language)?,
-        Subject::BuiltIn(model) => match &**model {
+    let format = match language {
+        Language::Urdf => Some(Format::Urdf),
+        Language::Mjcf => Some(Format::Mjcf),
+        Language::Latex | Language::Python | Language::C => None,
+    };
+    Ok(match (subject, format) {
+        (Subject::Equations(model), Some(format)) => robot::description(model, format)?,
+        (Subject::BuiltIn(model), Some(_)) => {
+            let file = match &**model {
+                ModelFile::Ball(model) => &model.file,
+                ModelFile::Push(model) => &model.file,
+            };
+            return Err(Usage::model(file, ModelFault::NoRobotExported).into());
+        }
+        (Subject::Equations(model), None) if language == Language::Latex => equations::document(model),
+        (Subject::Equations(model), None) => program::program(model, language)?,
+        (Subject::BuiltIn(model), None) => match &**model {
             ModelFile::Ball(model) => ball::export(model, language)?,
             ModelFile::Push(model) => push::export(model, language)?,
         },

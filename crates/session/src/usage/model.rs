@@ -8,6 +8,8 @@ use std::fmt;
 pub enum ModelFault {
     /// The model is a net, which cannot be exported as formulas.
     NetExported,
+    /// The model has no robot, which an export as URDF or MJCF needs.
+    NoRobotExported,
     /// The model is a net, which cannot be simulated.
     NetSimulated,
     /// The model is a ball or a push, but `simulate` needs an equation model.
@@ -26,6 +28,10 @@ impl fmt::Display for ModelFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             ModelFault::NetExported => "is a trained net, which cannot be exported as formulas",
+            ModelFault::NoRobotExported => {
+                "has no [robot] section, so there is no robot to export as URDF or MJCF; use --as latex, python or c, or make a \
+                 model of a robot with `augsim model from-robot`"
+            }
             ModelFault::NetSimulated => "is a trained net; `augsim predict` gives its forecasts",
             ModelFault::BuiltInSimulated => {
                 "simulate needs an equation model (scenario = \"system\"); use --scenario to generate drops and pushes"

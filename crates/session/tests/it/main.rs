@@ -8,6 +8,9 @@ mod programs;
 // The page of a discovery.
 mod discovery_page;
 
+// Results of the joints of a robot.
+mod joints;
+
 // Exported programs follow the engine.
 mod exported;
 

@@ -105,7 +105,8 @@ pub(super) fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result
                 let texts =
                     [("declared", found.models.declared_toml), ("calibrated", found.models.calibrated_toml)];
                 for (name, text) in texts {
-                    models.push((name, Subject::parse(&text, name)?));
+                    let place = file.with_file_name(name).display().to_string();
+                    models.push((name, Subject::parse(&text, &place)?));
                 }
             }
             let name = if models.is_empty() { "model" } else { "augmented" };

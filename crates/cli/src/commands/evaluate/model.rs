@@ -66,7 +66,9 @@ pub(super) fn run(
     if let Some(found) = folder.and_then(discovery_in) {
         let models = &found.models;
         for (name, text) in [("declared", &models.declared_toml), ("calibrated", &models.calibrated_toml)] {
-            scored.push((name, score(&Subject::parse(text, name)?)?));
+            // Its file is in the folder, where the description of a robot is found.
+            let place = file.with_file_name(name).display().to_string();
+            scored.push((name, score(&Subject::parse(text, &place)?)?));
         }
     }
     let name = if scored.is_empty() { "model" } else { "augmented" };

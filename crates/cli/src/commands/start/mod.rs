@@ -211,6 +211,13 @@ fn start_text(result: &StartResult, data: &Dataset, recording: &RecordingKind) -
         let inputs = if result.inputs.is_empty() { "none".to_owned() } else { escaped_list(&result.inputs) };
         lines.push(format!("drafted: inputs {inputs}; outputs {}", escaped_list(&result.outputs)));
     }
+    let joints = augsim_session::robot::joints_in_log(data.columns());
+    if joints >= 2 {
+        lines.push(format!(
+            "these look like {joints} joints of a robot: with its URDF or MJCF file, augsim model from-robot ROBOT.urdf {} makes a model of its dynamics",
+            result.data.display()
+        ));
+    }
     let model = result.model.as_ref().map_or(String::new(), |m| format!(" and {}", m.display()));
     lines.push(format!("written: {}{model}", result.data.display()));
     lines.push(format!("next: {}", result.next));

@@ -1,0 +1,213 @@
+//! Preparation of joint logs for inverse dynamics.
+//!
+//! The result has filtered positions, their derivatives and filtered torques on one clock.
+//!
+//! The steps, for each segment of the log without long gaps:
+//! 1. positions and torques are interpolated to a uniform clock;
+//! 2. all of them pass the same zero-phase low-pass filter of one cutoff frequency;
+//! 3. speeds and accelerations are central differences of the filtered positions;
+//! 4. the ends, where the filter has its transients, are dropped, and every n-th sample is kept.
+//!
+//! The dynamics of a rigid arm are linear in its inertial parameters, and one filter for both sides of a linear equation keeps
+//! the equation (Gautier, "Dynamic identification of robots with power model", ICRA 1997: parallel filtering and decimation).
+
+mod choose;
+mod clock;
+mod filter;
+mod fourier;
+mod noise_floor;
+mod prepare;
+mod spectra;
+
+pub use choose::choose;
+pub use prepare::{filter_and_decimate, prepare, prepare_at_full_rate};
+
+/// A log of a robot's joints.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Log {
+    /// Names of the joints, for messages.
+    pub joints: Vec<String>,
+    /// Sample times, s, `[n]`; strictly increasing, with jitter and gaps.
+    pub time_s: Vec<f64>,
+    /// Positions, rad or m, `[n][joints]`.
+    pub position: Vec<Vec<f64>>,
+    /// Measured speeds, rad/s or m/s, `[n][joints]`; `None` if they were not logged.
+    pub speed: Option<Vec<Vec<f64>>>,
+    /// Torques or forces, N m or N, or currents in A, `[n][joints]`.
+    pub torque: Vec<Vec<f64>>,
+}
+
+/// Noise of one joint's channels, and what it means for the acceleration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointNoise {
+    /// Standard deviation of the position's noise, rad or m, before the filter.
+    pub position: f64,
+    /// Standard deviation of the torque's noise, N m or N, or A, before the filter.
+    pub torque: f64,
+    /// Estimated relative error of the filtered acceleration (root mean squares).
+    ///
+    /// Infinite, or at least 1, for a joint whose motion is hidden by its noise.
+    pub acceleration_error: f64,
+    /// Estimated error of the filtered torque, relative to the torque without its mean, in the same way.
+    pub torque_error: f64,
+}
+
+/// How a log is prepared; the same preparation can be repeated on another log.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Preparation {
+    /// Interval of the uniform clock before decimation, s.
+    pub interval_s: f64,
+    /// Cutoff frequency of the low-pass filter, Hz.
+    ///
+    /// Positions, speeds and torques of all joints have the same one.
+    pub cutoff_hz: f64,
+    /// One of this many samples is kept.
+    pub decimation: usize,
+    /// Sample rate after decimation, Hz.
+    pub rate_hz: f64,
+    /// Time that is dropped at each end of a segment, s, where the filter has transients.
+    pub trim_s: f64,
+    /// Longest gap between two samples that is interpolated, s; longer gaps end a segment.
+    pub max_gap_s: f64,
+    /// Noise of each joint in the log on which the preparation was chosen, `[joints]`.
+    pub noise: Vec<JointNoise>,
+}
+
+/// A prepared part of a log, without gaps.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Segment {
+    /// Times, s, `[k]`: uniform at the decimated rate, on the clock of the log.
+    pub time_s: Vec<f64>,
+    /// Filtered positions, rad or m, `[k][joints]`.
+    pub position: Vec<Vec<f64>>,
+    /// Speeds, rad/s or m/s, `[k][joints]`: derivative of the filtered positions.
+    pub speed: Vec<Vec<f64>>,
+    /// Accelerations, rad/s2 or m/s2, `[k][joints]`: second derivative of the filtered positions.
+    pub acceleration: Vec<Vec<f64>>,
+    /// Filtered torques or forces, `[k][joints]`, in the unit of the log.
+    pub torque: Vec<Vec<f64>>,
+    /// Measured speeds after the same filter, `[k][joints]`; `None` if they were not logged.
+    pub measured_speed: Option<Vec<Vec<f64>>>,
+}
+
+/// Why a log cannot be prepared.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SignalError {
+    /// The log has too few samples.
+    #[error("the log has {samples} samples; at least {needed} are needed")]
+    TooShort {
+        /// Number of samples of the log.
+        samples: usize,
+        /// Smallest number of samples.
+        needed: usize,
+    },
+    /// No part of the log without gaps is long enough for the filter.
+    #[error(
+        "the longest part of the log without a gap of more than {max_gap_s:.3} s lasts {longest_s:.3} s, but the low-pass \
+         filter of {cutoff_hz:.2} Hz needs more than {needed_s:.3} s; use a longer log or a higher cutoff"
+    )]
+    SegmentsTooShort {
+        /// Duration of the longest segment, s.
+        longest_s: f64,
+        /// Smallest duration, s.
+        needed_s: f64,
+        /// Longest gap within a segment, s.
+        max_gap_s: f64,
+        /// Cutoff frequency, Hz.
+        cutoff_hz: f64,
+    },
+    /// A time is not later than the one before.
+    #[error("row {row}: the time {time_s} s is not later than the time before, {previous_s} s")]
+    TimeNotIncreasing {
+        /// Row, from 1.
+        row: usize,
+        /// Time of this row, s.
+        time_s: f64,
+        /// Time of the row before, s.
+        previous_s: f64,
+    },
+    /// A value is not a finite number.
+    #[error("row {row}: the {channel} of joint `{joint}` is not a finite number")]
+    NotFinite {
+        /// `position`, `speed` or `torque`.
+        channel: &'static str,
+        /// Name of the joint.
+        joint: String,
+        /// Row, from 1.
+        row: usize,
+    },
+    /// A time is not a finite number.
+    #[error("row {row}: the time is not a finite number")]
+    TimeNotFinite {
+        /// Row, from 1.
+        row: usize,
+    },
+    /// A channel has another number of rows, or a row another number of joints.
+    #[error(
+        "the {channel} has {rows} rows, and row {row} has {width} values; expected {expected_rows} rows of {joints} values"
+    )]
+    Shape {
+        /// `position`, `speed` or `torque`.
+        channel: &'static str,
+        /// Rows of the channel.
+        rows: usize,
+        /// First row with a wrong number of values, from 1; the last row if only their number is wrong.
+        row: usize,
+        /// Values in this row.
+        width: usize,
+        /// Rows of the time.
+        expected_rows: usize,
+        /// Number of joints.
+        joints: usize,
+    },
+    /// No joint moves by more than its noise.
+    #[error(
+        "no joint moves by more than the noise of its position; accelerations cannot be estimated from this log"
+    )]
+    NoMotion,
+}
+
+impl Log {
+    /// Checks shapes, finite values and increasing times.
+    ///
+    /// # Errors
+    /// The first problem, with its channel, joint and row.
+    pub fn check(&self) -> Result<(), SignalError> {
+        for (i, time) in self.time_s.iter().enumerate() {
+            if !time.is_finite() {
+                return Err(SignalError::TimeNotFinite { row: i + 1 });
+            }
+            if i > 0 && *time <= self.time_s[i - 1] {
+                let previous_s = self.time_s[i - 1];
+                return Err(SignalError::TimeNotIncreasing { row: i + 1, time_s: *time, previous_s });
+            }
+        }
+        let speed = self.speed.as_ref().map(|speed| ("speed", speed));
+        for (channel, rows) in
+            [("position", &self.position), ("torque", &self.torque)].into_iter().chain(speed)
+        {
+            self.check_channel(channel, rows)?;
+        }
+        Ok(())
+    }
+
+    fn check_channel(&self, channel: &'static str, rows: &[Vec<f64>]) -> Result<(), SignalError> {
+        let (expected_rows, joints) = (self.time_s.len(), self.joints.len());
+        let wrong = rows.iter().position(|row| row.len() != joints);
+        if rows.len() != expected_rows || wrong.is_some() {
+            let row = wrong.map_or(rows.len(), |row| row + 1);
+            let width = rows.get(row.saturating_sub(1)).map_or(0, Vec::len);
+            return Err(SignalError::Shape { channel, rows: rows.len(), row, width, expected_rows, joints });
+        }
+        for (i, row) in rows.iter().enumerate() {
+            if let Some(joint) = row.iter().position(|value| !value.is_finite()) {
+                let joint = self.joints[joint].clone();
+                return Err(SignalError::NotFinite { channel, joint, row: i + 1 });
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests;
