@@ -163,7 +163,10 @@ impl FileUnit {
     pub(crate) fn si_name(&self, base: &str) -> String {
         // A unit without a suffix gives a name that is no column name, and so no column.
         let suffix = self.unit.suffix().unwrap_or_else(|| self.unit.symbol());
-        format!("{base}_{}", if suffix.is_empty() { "ratio" } else { &suffix })
+        let suffix = if suffix.is_empty() { "ratio" } else { &suffix };
+        let name = format!("{base}_{suffix}");
+        // A word before the suffix that looks like another unit, as in `level_h_m`, would make the name unreadable.
+        if Unit::from_column_name(&name).is_some() { name } else { format!("{base}_value_{suffix}") }
     }
 
     /// Multiplies two units, the second to the power `sign`; `None` for temperatures with an offset.
@@ -403,6 +406,15 @@ mod tests {
         }
         for text in ["", "furlong", "1", "/s", "m/", "degC/s", "x", "kkg", "k", "mmm", "n"] {
             assert_eq!(FileUnit::parse(text), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_converted_name_can_be_read_again() {
+        let millimetre = FileUnit::exact("mm").unwrap();
+        for (base, name) in [("level", "level_m"), ("level_h", "level_h_value_m")] {
+            assert_eq!(millimetre.si_name(base), name);
+            assert_eq!(Unit::from_column_name(name), Some(Unit::METRE));
         }
     }
 
