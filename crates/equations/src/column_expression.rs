@@ -1,8 +1,8 @@
 //! Expressions of the columns of a table, such as `45 * current5_A + 32 * current6_A`.
 
-use crate::error::{Excerpt, Fault, ModelError, Place};
+use crate::error::{ModelError, Place};
 use crate::nearest::nearest;
-use crate::text::{self, Bindings, Problem, Scope, Symbol, Tree};
+use crate::text::{self, Problem, Scope, Symbol, Tree};
 use augsim_data::escaped_short;
 
 /// A function of the columns of a table, which is evaluated row by row.
@@ -29,44 +29,25 @@ impl Scope for Columns<'_> {
     }
 }
 
-/// Values of the columns in one row.
-struct RowValues<'v>(&'v dyn Fn(usize) -> f64);
-
-impl Bindings for RowValues<'_> {
-    fn symbol(&self, symbol: Symbol) -> f64 {
-        match symbol {
-            Symbol::Input(column) => (self.0)(column),
-            _ => 0.0,
-        }
-    }
-
-    fn table(&self, _table: usize, _at: f64) -> f64 {
-        0.0
-    }
-
-    fn slope(&self, _output: usize) -> f64 {
-        0.0
-    }
-}
-
 impl ColumnExpression {
     /// Parses an expression of the columns with these names; `from` names the expression's origin in messages.
     ///
     /// # Errors
     /// The first problem, with the text and a caret.
     pub fn parse(text: &str, columns: &[String], from: &str) -> Result<Self, ModelError> {
-        let tree = text::parse(text, &Columns(columns), false).map_err(|(problem, span)| ModelError {
-            place: Place { file: from.into(), line: 0, key: String::new() },
-            fault: Box::new(Fault::Expression(problem)),
-            excerpt: (!span.is_empty())
-                .then(|| Box::new(Excerpt { text: text.into(), start: span.start, end: span.end })),
+        let tree = text::parse(text, &Columns(columns), false).map_err(|failure| {
+            let place = Place { file: from.into(), line: 0, key: String::new() };
+            ModelError::in_expression(place, text, failure)
         })?;
         Ok(Self { tree })
     }
 
     /// Value of the expression in a row, in which `value` gives that of each column.
     pub fn at(&self, value: &dyn Fn(usize) -> f64) -> f64 {
-        self.tree.value(&RowValues(value))
+        self.tree.value_of(&|symbol| match symbol {
+            Symbol::Input(column) => value(column),
+            _ => f64::NAN,
+        })
     }
 }
 

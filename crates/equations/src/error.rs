@@ -4,6 +4,7 @@ use crate::limits::{MAX_FILE_BYTES, MAX_OPERATIONS};
 use crate::text::{Problem, suggest};
 use augsim_data::{escape_control_characters, escaped_cause};
 use std::fmt;
+use std::ops::Range;
 use std::sync::Arc;
 use thiserror::Error;
 
@@ -38,6 +39,18 @@ pub struct ModelError {
     pub fault: Box<Fault>,
     /// The expression with the error, and the wrong part marked; `None` if the error is in no expression.
     pub excerpt: Option<Box<Excerpt>>,
+}
+
+impl ModelError {
+    /// Creates the error of a problem in an expression, with the relevant part marked.
+    pub(crate) fn in_expression(place: Place, text: &str, (problem, span): (Problem, Range<usize>)) -> Self {
+        let excerpt = Excerpt { text: text.into(), start: span.start, end: span.end };
+        ModelError {
+            place,
+            fault: Box::new(Fault::Expression(problem)),
+            excerpt: (!span.is_empty()).then(|| Box::new(excerpt)),
+        }
+    }
 }
 
 impl std::error::Error for ModelError {}

@@ -1,7 +1,7 @@
 //! Inputs given as expressions of time, for simulations without data.
 
-use crate::error::{Excerpt, Fault, ModelError, Place};
-use crate::text::{self, Bindings, Problem, Scope, Symbol, Tree};
+use crate::error::{ModelError, Place};
+use crate::text::{self, Problem, Scope, Symbol, Tree};
 use augsim_data::escaped_short;
 
 /// A function of time, read from an expression of `t`.
@@ -26,40 +26,21 @@ impl Scope for TimeScope {
     }
 }
 
-/// The time at which a waveform is evaluated, s.
-struct TimePoint(f64);
-
-impl Bindings for TimePoint {
-    fn symbol(&self, symbol: Symbol) -> f64 {
-        if symbol == Symbol::Time { self.0 } else { 0.0 }
-    }
-
-    fn table(&self, _table: usize, _at: f64) -> f64 {
-        0.0
-    }
-
-    fn slope(&self, _output: usize) -> f64 {
-        0.0
-    }
-}
-
 impl Waveform {
     /// Parses an expression of `t` (s); `from` names the expression's origin in messages.
     ///
     /// # Errors
     /// The first problem, with the text and a caret.
     pub fn parse(text: &str, from: &str) -> Result<Self, ModelError> {
-        let tree = text::parse(text, &TimeScope, false).map_err(|(problem, span)| ModelError {
-            place: Place { file: from.into(), line: 1, key: String::new() },
-            fault: Box::new(Fault::Expression(problem)),
-            excerpt: (!span.is_empty())
-                .then(|| Box::new(Excerpt { text: text.into(), start: span.start, end: span.end })),
+        let tree = text::parse(text, &TimeScope, false).map_err(|failure| {
+            let place = Place { file: from.into(), line: 1, key: String::new() };
+            ModelError::in_expression(place, text, failure)
         })?;
         Ok(Self { tree })
     }
 
     /// Value of the function at a time, s.
     pub fn at(&self, time_s: f64) -> f64 {
-        self.tree.value(&TimePoint(time_s))
+        self.tree.value_of(&|_| time_s)
     }
 }

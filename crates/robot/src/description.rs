@@ -1,5 +1,8 @@
 //! A robot as its description file has it: links, joints between them, and actuators.
 
+/// Gravity along the negative z axis of the base that simulators of robots assume where nothing is stated, m/s2.
+pub const STANDARD_GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
+
 /// Format of a description file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {

@@ -44,3 +44,4 @@ pub use read::read;
 pub use regressor::regressor;
 pub use tree::{Tree, TreeError};
 pub use urdf::read_urdf;
+pub use xml::MAX_FILE_BYTES;

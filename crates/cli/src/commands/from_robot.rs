@@ -5,6 +5,7 @@ use anyhow::Context;
 use augsim_data::{
     DataError, MissingCells, RecognitionOptions, digits, escaped_list, recognise, write_dataset,
 };
+use augsim_robot::MAX_FILE_BYTES;
 use augsim_session::Usage;
 use augsim_session::command_line::quoted;
 use augsim_session::robot::{Formulation, Free, RobotModel, RobotRequest, model_from_robot};
@@ -18,8 +19,6 @@ use std::path::{Path, PathBuf};
 
 const DATA: &str = "data.csv";
 const MODEL: &str = "model.toml";
-/// Largest size of a description file, bytes.
-const MAX_DESCRIPTION_BYTES: u64 = 16 << 20;
 
 /// Output of `augsim model from-robot`.
 #[derive(Debug, Serialize)]
@@ -94,8 +93,8 @@ fn description(path: &Path) -> anyhow::Result<String> {
     if about.is_dir() {
         return Err(is_a_folder(path).into());
     }
-    if about.len() > MAX_DESCRIPTION_BYTES {
-        let text = format!("{} bytes, but at most {MAX_DESCRIPTION_BYTES} are allowed", about.len());
+    if about.len() > MAX_FILE_BYTES as u64 {
+        let text = format!("{} bytes, but at most {MAX_FILE_BYTES} are allowed", about.len());
         return Err(unreadable(std::io::Error::other(text)).into());
     }
     Ok(std::fs::read_to_string(path).map_err(unreadable)?)

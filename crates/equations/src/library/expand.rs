@@ -91,7 +91,6 @@ pub(super) fn expand(row: &Row, model: &Model) -> Result<Vec<Candidate>, ModelEr
             let fault = Box::new(Fault::NoSuchPlace { name: escaped_short(place_name) });
             return Err(ModelError { place, fault, excerpt: None });
         };
-        let first = candidates.len();
         // The torques of the inverse dynamics are filtered and thinned out: a lag shorter than that is a delay to first order.
         let is_filtered =
             |target: Target| matches!(target, Target::Output(_)) && model.declared_states() == 0;
@@ -106,7 +105,6 @@ pub(super) fn expand(row: &Row, model: &Model) -> Result<Vec<Candidate>, ModelEr
             let parts =
                 found.iter().zip(suffixes).map(|(place, suffix)| expand_at(row, place, model, &suffix));
             let parts = parts.collect::<Result<Vec<Candidate>, ModelError>>()?;
-            candidates.truncate(first + found.len());
             candidates.push(all_joints(&parts, model)?);
         }
     }

@@ -1,7 +1,7 @@
 //! Effects of a model: changes of its equations, as additional expressions.
 
 use super::{Expression, Model, Parameter, State};
-use crate::error::{Excerpt, Fault, ModelError, Place};
+use crate::error::{Fault, ModelError, Place};
 use crate::limits;
 use crate::nearest::nearest;
 use crate::text::{self, Problem, Scope, Symbol, Tree};
@@ -308,9 +308,12 @@ impl<'m> DraftReader<'m> {
         }
     }
 
-    fn error(&self, key: String, fault: Fault, excerpt: Option<Box<Excerpt>>) -> ModelError {
-        let place = Place { file: self.model.file.clone(), line: self.draft.line, key };
-        ModelError { place, fault: Box::new(fault), excerpt }
+    fn place(&self, key: String) -> Place {
+        Place { file: self.model.file.clone(), line: self.draft.line, key }
+    }
+
+    fn error(&self, key: String, fault: Fault) -> ModelError {
+        ModelError { place: self.place(key), fault: Box::new(fault), excerpt: None }
     }
 
     /// Checks that the model, with the effect added, has no more parameters and states than allowed.
@@ -321,7 +324,7 @@ impl<'m> DraftReader<'m> {
             ("states", model.states.len() + draft.states.len(), limits::MAX_STATES),
         ] {
             if found > allowed {
-                return Err(self.error(self.key.clone(), Fault::TooMany { what, found, allowed }, None));
+                return Err(self.error(self.key.clone(), Fault::TooMany { what, found, allowed }));
             }
         }
         Ok(())
@@ -330,11 +333,8 @@ impl<'m> DraftReader<'m> {
     fn parse(&self, field: &str, text: &str, is_start: bool) -> Result<Expression, ModelError> {
         let view = View { model: self.model, local_names: &self.local_names, output: self.output, is_start };
         let key = format!("{}.{field}", self.key);
-        let tree = text::parse(text, &view, false).map_err(|(problem, span)| {
-            let excerpt = Excerpt { text: text.into(), start: span.start, end: span.end };
-            let excerpt = (!span.is_empty()).then(|| Box::new(excerpt));
-            self.error(key.clone(), Fault::Expression(problem), excerpt)
-        })?;
+        let tree = text::parse(text, &view, false)
+            .map_err(|failure| ModelError::in_expression(self.place(key.clone()), text, failure))?;
         Ok(Expression { tree, line: self.draft.line, key })
     }
 
@@ -376,7 +376,7 @@ impl<'m> DraftReader<'m> {
             let mut trees = changes.iter().map(|c| &c.value.tree).chain(states.iter().map(|s| &s.rate.tree));
             if !trees.any(|tree| tree.symbols().any(|s| s == symbol)) {
                 let key = format!("{}.{}", self.key, escaped_short(&p.name));
-                return Err(self.error(key, Fault::Unused, None));
+                return Err(self.error(key, Fault::Unused));
             }
         }
         Ok(())

@@ -22,7 +22,7 @@ pub use addition::{Addition, Change, Draft, DraftState, DraftTarget, How, Target
 use augsim_data::{Dimensions, Unit};
 pub use covariance::Covariance;
 pub use read::{parse, read};
-pub use robot::{Joint, LinkProperties, Property, RobotModel, plain_name};
+pub use robot::{Joint, LINEAR_ENDINGS, LinkProperties, Property, RobotModel, plain_name};
 pub use robot_properties::RobotProperties;
 pub(crate) use row::read_all;
 pub use row::{Row, RowParameter};

@@ -5,13 +5,11 @@ use super::{Expression, Model, Target};
 use crate::error::{Fault, ModelError};
 use crate::text::{Bindings, Symbol};
 use augsim_data::{Unit, escape_control_characters};
-use augsim_robot::{Algebra, Numbers, Robot, Tree, forward_dynamics, inverse_dynamics};
+use augsim_robot::description::STANDARD_GRAVITY;
+use augsim_robot::{Algebra, MAX_FILE_BYTES, Numbers, Robot, Tree, forward_dynamics, inverse_dynamics};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
-
-/// Largest size of a description file, in bytes.
-const MAX_DESCRIPTION_BYTES: u64 = 16 << 20;
 
 /// A joint of the robot, with the quantities of the model that move it.
 #[derive(Debug, Clone, PartialEq)]
@@ -108,11 +106,22 @@ const LINK_ENDINGS: [&str; 19] = [
     "origin_inertia_yz_kg_m2",
 ];
 
+/// Endings of the parameters that state the ten inertial parameters of a link directly, in the order of `augsim_robot`.
+pub const LINEAR_ENDINGS: [&str; 10] = [
+    "mass_kg",
+    "moment_x_kg_m",
+    "moment_y_kg_m",
+    "moment_z_kg_m",
+    "origin_inertia_xx_kg_m2",
+    "origin_inertia_xy_kg_m2",
+    "origin_inertia_xz_kg_m2",
+    "origin_inertia_yy_kg_m2",
+    "origin_inertia_yz_kg_m2",
+    "origin_inertia_zz_kg_m2",
+];
+
 /// Names of the parameters that state the acceleration of gravity.
 const GRAVITY_NAMES: [&str; 3] = ["gravity_x_m_s2", "gravity_y_m_s2", "gravity_z_m_s2"];
-
-/// Gravity along the negative z axis of the base that simulators of robots assume where nothing is stated, m/s2.
-const STANDARD_GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
 /// Name of a joint or link in expressions: characters that no name may have become `_`.
 pub fn plain_name(name: &str) -> String {
@@ -203,8 +212,8 @@ fn description_text(item: &Item<'_, '_>, path: &str) -> Result<String, ModelErro
     if !about.is_file() {
         return Err(wrong("not a file; give the path of a URDF or MJCF file".into()));
     }
-    if about.len() > MAX_DESCRIPTION_BYTES {
-        return Err(wrong(format!("{} bytes, but at most {MAX_DESCRIPTION_BYTES} are allowed", about.len())));
+    if about.len() > MAX_FILE_BYTES as u64 {
+        return Err(wrong(format!("{} bytes, but at most {MAX_FILE_BYTES} are allowed", about.len())));
     }
     std::fs::read_to_string(&path).map_err(|e| wrong(format!("{e}; check the path")))
 }
@@ -253,7 +262,7 @@ impl Declared {
             torque: torques.as_ref().map(|list| list[i].clone()),
         });
         let joints = joints.collect();
-        let mut robot = RobotModel {
+        Ok(RobotModel {
             links: self.link_properties(model),
             armature: self.armature(model),
             gravity: std::array::from_fn(|axis| property(model, GRAVITY_NAMES[axis], self.gravity[axis])),
@@ -262,9 +271,7 @@ impl Declared {
             text: self.text,
             description: self.description,
             tree: self.tree,
-        };
-        robot.links.shrink_to_fit();
-        Ok(robot)
+        })
     }
 
     /// Inertial properties of the links of the tree, from the description file or parameters of the model.

@@ -1,6 +1,6 @@
 //! Access to the tables of a model file in their written order, with errors that name the place.
 
-use crate::error::{Excerpt, Fault, ModelError, Place};
+use crate::error::{Fault, ModelError, Place};
 use crate::nearest::nearest;
 use crate::text::Problem;
 use augsim_data::escaped_short;
@@ -80,12 +80,10 @@ impl<'t> Reader<'t> {
         line: usize,
         key: &str,
         text: &str,
-        (problem, span): (Problem, Range<usize>),
+        failure: (Problem, Range<usize>),
     ) -> ModelError {
-        let mut error = self.error(line, key, Fault::Expression(problem));
-        error.excerpt = (!span.is_empty())
-            .then(|| Box::new(Excerpt { text: text.into(), start: span.start, end: span.end }));
-        error
+        let place = Place { file: self.file.into(), line, key: key.into() };
+        ModelError::in_expression(place, text, failure)
     }
 }
 

@@ -39,6 +39,11 @@ impl Tree {
         self.values(&Values(value_of))
     }
 
+    /// Computes the value of the whole expression from the values of its names, as [`Tree::node_values`].
+    pub(crate) fn value_of(&self, value_of: &dyn Fn(Symbol) -> f64) -> f64 {
+        self.value(&Values(value_of))
+    }
+
     /// Computes the value of every node of the tree, in the order of the nodes; `sign` and `step` are not smoothed.
     pub(crate) fn values(&self, bindings: &dyn Bindings) -> Vec<f64> {
         let mut values: Vec<f64> = Vec::with_capacity(self.nodes.len());

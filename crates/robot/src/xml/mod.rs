@@ -11,7 +11,7 @@ use roxmltree::{Document, Error, ParsingOptions};
 use crate::error::DescriptionError;
 
 /// Largest description file, bytes. The largest published descriptions, of humanoids, have below 1 MB.
-const MAX_BYTES: usize = 16 << 20;
+pub const MAX_FILE_BYTES: usize = 16 << 20;
 /// Largest number of elements, texts and comments of a file.
 const MAX_NODES: u32 = 500_000;
 /// Largest number of attributes of an element. The parser compares each attribute with all others of its element.
@@ -34,8 +34,8 @@ pub(crate) fn parse<'t>(text: &'t str, file: &str) -> Result<Document<'t>, Descr
 
 /// Refuses texts that are too long, and elements with too many attributes.
 fn check_size(text: &str, file: &str) -> Result<(), DescriptionError> {
-    if text.len() > MAX_BYTES {
-        let problem = format!("the file has {} bytes, and at most {MAX_BYTES} are read", text.len());
+    if text.len() > MAX_FILE_BYTES {
+        let problem = format!("the file has {} bytes, and at most {MAX_FILE_BYTES} are read", text.len());
         return Err(DescriptionError::of_file(file, problem, "check that it is a description of a robot"));
     }
     match most_attributes(text) {

@@ -110,8 +110,8 @@ pub(super) fn assign(columns: &[Column], joints: &[String]) -> Vec<JointColumns>
     let lower: Vec<String> = joints.iter().map(|name| name.to_lowercase()).collect();
     for signal in [Signal::Position, Signal::Speed, Signal::Torque, Signal::Current, Signal::Command] {
         let of_kind: Vec<usize> = found.iter().filter(|(_, s)| *s == signal).map(|(i, _)| *i).collect();
-        let first = of_kind.iter().filter_map(|i| number(columns[*i].name())).min();
         let numbers: Vec<usize> = of_kind.iter().filter_map(|i| number(columns[*i].name())).collect();
+        let first = numbers.iter().min();
         let by_number = joint_numbers(joints).filter(|joints| joints.iter().all(|n| numbers.contains(n)));
         for &index in &of_kind {
             let name = columns[index].name().to_lowercase();

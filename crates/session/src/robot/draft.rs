@@ -32,8 +32,6 @@ pub(super) struct FreeParameter {
     pub name: String,
     pub nominal: f64,
     pub is_positive: bool,
-    /// What the parameter stands for, as a comment; empty if its name says it.
-    pub comment: String,
 }
 
 /// A joint of the drafted model, with the names of its columns.
@@ -72,15 +70,25 @@ impl<'r> DraftJoint<'r> {
         self.joint.kind == JointKind::Prismatic
     }
 
+    /// Unit of the joint's position.
+    pub fn position_unit(&self) -> &'static str {
+        if self.is_prismatic() { "m" } else { "rad" }
+    }
+
+    /// Unit of the joint's torque or force.
+    pub fn torque_unit(&self) -> &'static str {
+        if self.is_prismatic() { "N" } else { "N m" }
+    }
+
     /// Name of the joint's torque column.
     pub fn torque_name(&self) -> String {
-        format!("tau_{}_{}", self.name, if self.is_prismatic() { "N" } else { "N_m" })
+        format!("tau_{}_{}", self.name, self.torque_unit().replace(' ', "_"))
     }
 
     /// Name of the joint's column of commands to a drive: positions, or speeds for a speed loop.
     pub fn command_name(&self, drive: Drive) -> String {
         let per_second = if matches!(drive, Drive::Velocity { .. }) { "_s" } else { "" };
-        format!("command_{}_{}{per_second}", self.name, if self.is_prismatic() { "m" } else { "rad" })
+        format!("command_{}_{}{per_second}", self.name, self.position_unit())
     }
 }
 
@@ -112,15 +120,9 @@ impl Draft<'_> {
             self.joints.iter().map(|joint| passive_torque(joint, self.free, &mut parameters)).collect();
         for p in &self.properties {
             let bound = if p.is_positive { ", min = 0.0" } else { "" };
-            let comment = if p.comment.is_empty() { String::new() } else { format!(" # {}", p.comment) };
             let unit = if p.name.contains("inertia_") { ", unit = \"kg m^2\"" } else { "" };
             let nominal = if p.is_positive { p.nominal.max(0.0) } else { p.nominal };
-            let _ = writeln!(
-                parameters,
-                "{} = {{ nominal = {}{bound}{unit} }}{comment}",
-                p.name,
-                number(nominal)
-            );
+            let _ = writeln!(parameters, "{} = {{ nominal = {}{bound}{unit} }}", p.name, number(nominal));
         }
         let mut out = self.head();
         match self.formulation {

@@ -9,10 +9,11 @@
 use super::draft::{DraftJoint, Free, FreeParameter};
 use super::fault::RobotFault;
 use augsim_data::Dataset;
-use augsim_equations::model::plain_name;
+use augsim_equations::model::{LINEAR_ENDINGS, plain_name};
+use augsim_robot::base_parameters::{BaseParameters, Independence, base_parameters};
 use augsim_robot::description::Robot;
-use augsim_robot::{Numbers, Tree, inverse_dynamics};
-use std::collections::BTreeMap;
+use augsim_robot::triangular_factor::TriangularFactor;
+use augsim_robot::{Numbers, Tree, regressor};
 
 /// Number of samples of the log from which the columns of the regressor are computed.
 const ROWS: usize = 600;
@@ -20,20 +21,6 @@ const ROWS: usize = 600;
 const INDEPENDENT_SHARE: f64 = 1e-7;
 /// Standard errors that must fit into the size of the robot.
 const STANDARD_ERRORS: f64 = 2.0;
-
-/// Endings of the parameters of a link in the order of the regressor's columns, except the mass, which comes last.
-const ENDINGS: [(usize, &str); 10] = [
-    (1, "moment_x_kg_m"),
-    (2, "moment_y_kg_m"),
-    (3, "moment_z_kg_m"),
-    (4, "origin_inertia_xx_kg_m2"),
-    (5, "origin_inertia_xy_kg_m2"),
-    (6, "origin_inertia_xz_kg_m2"),
-    (7, "origin_inertia_yy_kg_m2"),
-    (8, "origin_inertia_yz_kg_m2"),
-    (9, "origin_inertia_zz_kg_m2"),
-    (0, "mass_kg"),
-];
 
 /// A column of the regressor, stacked over the samples and joints.
 struct RegressorColumn {
@@ -54,14 +41,13 @@ fn armature(joint: &DraftJoint<'_>) -> FreeParameter {
         name: format!("{}_armature_{unit}", joint.name),
         nominal: joint.joint.armature,
         is_positive: true,
-        comment: String::new(),
     }
 }
 
 /// The inertial parameters and rotor inertias that the data, in the columns of the joints, can identify.
 pub(super) fn properties(
     robot: &Robot,
-    names: &[String],
+    tree: &Tree,
     joints: &[DraftJoint<'_>],
     data: &Dataset,
     gravity: [f64; 3],
@@ -70,13 +56,12 @@ pub(super) fn properties(
     if !free.inertias {
         return Ok(rotors(joints, free));
     }
-    let tree = Tree::new(robot, names, &BTreeMap::new())?;
     let rows = Rows::sample(data, joints)?;
     let mut columns = friction_columns(&rows, joints.len());
     if free.armature {
         columns.extend(rotor_columns(&rows, joints));
     }
-    columns.extend(inertial_columns(robot, &tree, &rows, gravity));
+    columns.extend(inertial_columns(robot, tree, &rows, gravity));
     let noise = residual(&columns, &rows.torque);
     Ok(independent(columns, noise))
 }
@@ -159,19 +144,19 @@ fn inertial_columns(robot: &Robot, tree: &Tree, rows: &Rows, gravity: [f64; 3]) 
     let length =
         |p: &augsim_robot::tree::Body| p.placement.translation_m.iter().map(|x| x * x).sum::<f64>().sqrt();
     let reach = tree.bodies.iter().map(length).sum::<f64>().max(0.1);
+    let matrices: Vec<Vec<Vec<f64>>> = (0..rows.position.len())
+        .map(|row| {
+            let (q, w, a) = (&rows.position[row], &rows.speed[row], &rows.acceleration[row]);
+            regressor(&mut Numbers, tree, gravity, q, w, a)
+        })
+        .collect();
     let mut columns = Vec::new();
     for body in 0..tree.bodies.len() {
         let Some(link) = tree.links.iter().position(|attached| attached.body == body) else { continue };
         let name = plain_name(&robot.links[tree.links[link].link].name);
-        for (k, ending) in ENDINGS {
-            let mut parameters = vec![[0.0; 10]; tree.bodies.len()];
-            parameters[body][k] = 1.0;
-            let torques: Vec<Vec<f64>> = (0..rows.position.len())
-                .map(|row| {
-                    let (q, w, a) = (&rows.position[row], &rows.speed[row], &rows.acceleration[row]);
-                    inverse_dynamics(&mut Numbers, tree, &parameters, gravity, q, w, a)
-                })
-                .collect();
+        // The mass comes last: it is hardly ever identifiable by itself.
+        for k in (1..10).chain([0]) {
+            let ending = LINEAR_ENDINGS[k];
             let size = match k {
                 0 => mass,
                 1..=3 => mass * reach,
@@ -181,10 +166,9 @@ fn inertial_columns(robot: &Robot, tree: &Tree, rows: &Rows, gravity: [f64; 3]) 
                 name: format!("{name}_{ending}"),
                 nominal: file[link][k],
                 is_positive: k == 0,
-                comment: String::new(),
             };
             columns.push(RegressorColumn {
-                values: rows.column(|row, joint| torques[row][joint]),
+                values: rows.column(|row, joint| matrices[row][joint][10 * body + k]),
                 parameter: Some((parameter, size)),
             });
         }
@@ -192,62 +176,42 @@ fn inertial_columns(robot: &Robot, tree: &Tree, rows: &Rows, gravity: [f64; 3]) 
     columns
 }
 
-/// Adds to `basis` the part of a column that lies outside it; returns the share of the column's length in that part.
-///
-/// Modified Gram-Schmidt, applied twice, which keeps the basis orthonormal to rounding.
-fn orthogonalise(values: &[f64], basis: &mut Vec<Vec<f64>>) -> f64 {
-    let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let before = norm(values);
-    let mut rest = values.to_vec();
-    for _ in 0..2 {
-        for direction in basis.iter() {
-            let along: f64 = direction.iter().zip(&rest).map(|(a, b)| a * b).sum();
-            rest.iter_mut().zip(direction).for_each(|(x, d)| *x -= along * d);
-        }
-    }
-    let after = norm(&rest);
-    let share = if before > 0.0 { after / before } else { 0.0 };
-    if share > INDEPENDENT_SHARE {
-        rest.iter_mut().for_each(|x| *x /= after);
-        basis.push(rest);
-    }
-    share
-}
-
 /// Root mean square of what all columns together leave of the torques.
 fn residual(columns: &[RegressorColumn], torque: &[f64]) -> f64 {
-    let mut basis = Vec::new();
-    for column in columns {
-        orthogonalise(&column.values, &mut basis);
-    }
-    let mut rest = torque.to_vec();
-    for direction in &basis {
-        let along: f64 = direction.iter().zip(&rest).map(|(a, b)| a * b).sum();
-        rest.iter_mut().zip(direction).for_each(|(x, d)| *x -= along * d);
-    }
-    let degrees = torque.len().saturating_sub(basis.len()).max(1);
-    (rest.iter().map(|x| x * x).sum::<f64>() / degrees as f64).sqrt()
+    let all = columns.iter().map(|column| &column.values[..]);
+    let base = base(all, &Independence::Share(INDEPENDENT_SHARE));
+    let independent = base.independent.iter().map(|k| &columns[*k].values[..]);
+    let factor = factor(independent.chain([torque]));
+    let degrees = torque.len().saturating_sub(base.independent.len()).max(1);
+    // The last element of the factor is the norm of the part of the torques that no column explains.
+    let rest = factor.upper().last().copied().unwrap_or(0.0);
+    rest.abs() / (degrees as f64).sqrt()
 }
 
 /// The parameters whose columns are independent of those before them and that the noise leaves visible.
 fn independent(columns: Vec<RegressorColumn>, noise: f64) -> Vec<FreeParameter> {
-    let mut basis = Vec::new();
-    let mut found = Vec::new();
-    for column in columns {
-        let length = column.values.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let Some((parameter, size)) = column.parameter else {
-            orthogonalise(&column.values, &mut basis);
-            continue;
-        };
-        let known = basis.len();
-        let share = orthogonalise(&column.values, &mut basis);
-        // The standard error of the parameter if those before it are estimated too.
-        let is_visible = STANDARD_ERRORS * noise < size * share * length;
-        if basis.len() > known && is_visible {
-            found.push(parameter);
-        } else {
-            basis.truncate(known);
-        }
+    let size = |column: &RegressorColumn| column.parameter.as_ref().map_or(f64::INFINITY, |(_, size)| *size);
+    let visible = Independence::Noise {
+        torque_sd: STANDARD_ERRORS * noise,
+        plausible: columns.iter().map(size).collect(),
+    };
+    let base = base(columns.iter().map(|column| &column.values[..]), &visible);
+    let mut parameters: Vec<_> = columns.into_iter().map(|column| column.parameter).collect();
+    base.independent.iter().filter_map(|k| parameters[*k].take()).map(|(parameter, _)| parameter).collect()
+}
+
+/// Which of these columns are independent of those before them.
+fn base<'v>(columns: impl Iterator<Item = &'v [f64]>, independence: &Independence) -> BaseParameters {
+    let factor = factor(columns);
+    base_parameters(&factor, &vec![String::new(); factor.width()], independence)
+}
+
+/// Triangular factor of a matrix with these columns.
+fn factor<'v>(columns: impl Iterator<Item = &'v [f64]>) -> TriangularFactor {
+    let columns: Vec<&[f64]> = columns.collect();
+    let mut factor = TriangularFactor::new(columns.len());
+    for row in 0..columns.first().map_or(0, |column| column.len()) {
+        factor.add_rows(&columns.iter().map(|column| column[row]).collect::<Vec<f64>>());
     }
-    found
+    factor
 }

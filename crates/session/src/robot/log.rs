@@ -66,14 +66,13 @@ fn columns(joints: &[DraftJoint<'_>]) -> Result<Vec<Column>, RobotFault> {
     let mut columns = Vec::new();
     let unit = |text: &str| Unit::parse(text).unwrap_or(Unit::DIMENSIONLESS);
     for joint in joints {
-        let base = if joint.is_prismatic() { "m" } else { "rad" };
+        let base = joint.position_unit();
         columns.push(Column::with_unit(&joint.position, unit(base))?);
         columns.push(Column::with_unit(&joint.speed, unit(&format!("{base}/s")))?);
         columns.push(Column::with_unit(&joint.acceleration, unit(&format!("{base}/s^2")))?);
     }
     for joint in joints {
-        let base = if joint.is_prismatic() { "N" } else { "N m" };
-        columns.push(Column::with_unit(&joint.torque_name(), unit(base))?);
+        columns.push(Column::with_unit(&joint.torque_name(), unit(joint.torque_unit()))?);
     }
     Ok(columns)
 }

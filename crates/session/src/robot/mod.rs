@@ -13,7 +13,7 @@ mod log;
 use augsim_data::{Column, Dataset, Trajectory, Unit};
 use augsim_equations::ColumnExpression;
 use augsim_robot::Tree;
-use augsim_robot::description::{Drive, JointKind, Robot};
+use augsim_robot::description::{Drive, JointKind, Robot, STANDARD_GRAVITY};
 use augsim_robot::signals::Preparation;
 use columns::JointColumns;
 pub use description_copy::DescriptionCopy;
@@ -22,9 +22,6 @@ pub use draft::{Formulation, Free};
 pub use fault::RobotFault;
 use log::JointLog;
 use std::collections::BTreeMap;
-
-/// Gravity along the negative z axis of the base that simulators of robots assume where nothing is stated, m/s2.
-const STANDARD_GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
 /// What a model of a robot is made from.
 #[derive(Debug, Clone)]
@@ -103,7 +100,7 @@ pub fn model_from_robot(
     joints.iter_mut().zip(speeds).for_each(|(joint, rms)| joint.speed_rms = rms);
     let properties = match formulation {
         Formulation::Inverse => {
-            identifiable::properties(robot, &names, &joints, &data, gravity, request.free)?
+            identifiable::properties(robot, &tree, &joints, &data, gravity, request.free)?
         }
         Formulation::Forward => identifiable::rotors(&joints, request.free),
     };
@@ -279,8 +276,7 @@ impl JointSignals {
         let mut columns = Vec::new();
         let mut inputs: Vec<ColumnExpression> = Vec::new();
         for (index, joint) in joints.iter_mut().enumerate() {
-            let unit = if joint.is_prismatic() { "m" } else { "rad" };
-            columns.push((format!("measured_{}", joint.position), unit));
+            columns.push((format!("measured_{}", joint.position), joint.position_unit()));
             match (&self.commands, &self.torques) {
                 (Some(commands), _) => {
                     let actuator =
@@ -304,12 +300,11 @@ impl JointSignals {
             }
         }
         for joint in joints.iter() {
-            let torque = if joint.is_prismatic() { "N" } else { "N m" };
-            let [position, speed] = if joint.is_prismatic() { ["m", "m/s"] } else { ["rad", "rad/s"] };
+            let speed = if joint.is_prismatic() { "m/s" } else { "rad/s" };
             columns.push(match &joint.command {
                 Some((name, Drive::Velocity { .. }, _)) => (name.clone(), speed),
-                Some((name, ..)) => (name.clone(), position),
-                None => (joint.torque_name(), torque),
+                Some((name, ..)) => (name.clone(), joint.position_unit()),
+                None => (joint.torque_name(), joint.torque_unit()),
             });
         }
         let mut trajectories = Vec::new();

@@ -2,6 +2,7 @@
 //! where the identified inertias are those of real bodies, otherwise within the uncertainty of the identified combinations.
 use super::description;
 use augsim_equations::Model;
+use augsim_equations::model::LINEAR_ENDINGS;
 use augsim_robot::base_parameters::structurally_identifiable;
 use augsim_robot::consistency::is_consistent;
 use augsim_robot::description::{Format, Robot};
@@ -46,20 +47,6 @@ const ARM: &str = r#"<?xml version="1.0"?>
   </joint>
 </robot>
 "#;
-
-/// Endings of a link's parameters in the order of the ten of `augsim_robot`.
-const ENDINGS: [&str; 10] = [
-    "mass_kg",
-    "moment_x_kg_m",
-    "moment_y_kg_m",
-    "moment_z_kg_m",
-    "origin_inertia_xx_kg_m2",
-    "origin_inertia_xy_kg_m2",
-    "origin_inertia_xz_kg_m2",
-    "origin_inertia_yy_kg_m2",
-    "origin_inertia_yz_kg_m2",
-    "origin_inertia_zz_kg_m2",
-];
 
 /// The model of the arm with these parameters, each without its unit, and more text at its end.
 fn model(parameters: &str, torque_of_turn: &str, more: &str) -> Model {
@@ -194,7 +181,7 @@ fn combined(lighten: impl Fn(usize, &mut [f64; 10])) -> (String, Vec<String>) {
         // The first link of a body has the frame of the body.
         let (link, index) = (["upper", "fore"][parameter / 10], parameter % 10);
         let own = file[parameter / 10][index] + found[k] - declared[k];
-        let name = format!("{link}_{}", ENDINGS[index]);
+        let name = format!("{link}_{}", LINEAR_ENDINGS[index]);
         text += &format!("{name} = {{ nominal = {own:?}, min = -100.0 }}\n");
         list.push(name);
     }
