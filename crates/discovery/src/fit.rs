@@ -223,7 +223,10 @@ fn restart_lost_windows(
     let mut best: Vec<WindowState> = normals.into_iter().zip(nuisance).collect();
     let methods: &[bool] = if h.system.starts_from_first_samples() { &[false, true] } else { &[false] };
     for is_growing in methods {
-        let is_lost = |w: &usize| best[*w].0.weight <= max_weight || best[*w].0.weight.is_nan();
+        let is_lost = |w: &usize| {
+            let weight = best[*w].0.weight;
+            lanes[*w].nuisances() > 0 && (weight <= max_weight || weight.is_nan())
+        };
         let lost: Vec<usize> = (0..best.len()).filter(is_lost).collect();
         let windows: Vec<RecordWindow<'_>> = lost.iter().map(|w| all_windows[*w]).collect();
         let lanes: Vec<Lanes> = lost.iter().map(|w| lanes[*w].clone()).collect();

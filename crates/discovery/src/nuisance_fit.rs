@@ -105,6 +105,10 @@ impl<'a> NuisanceFit<'a> {
 
     /// Nuisances of the window to try next; `None` once its fit is finished.
     fn next(&mut self) -> Option<Vec<f64>> {
+        if self.lanes.nuisances() == 0 {
+            self.stage = Stage::Done;
+            return None;
+        }
         if let Stage::Shortened(number, now) = self.stage {
             let share = STEP_FRACTIONS.get(number).filter(|_| !self.is_near_target());
             if let Some(share) = share {
@@ -307,6 +311,17 @@ mod tests {
             softening: 0.0,
             events: Vec::new(),
         }
+    }
+
+    #[test]
+    fn a_window_without_nuisances_is_not_simulated_again() {
+        let record = Record { data: Default::default(), weight: Vec::new(), is_tolerance: false };
+        let window = Window { samples: 0..1, start: Vec::new() };
+        let window = RecordWindow { record: &record, window: &window };
+        let lanes = Lanes::of_starts(0);
+        let mut fit = NuisanceFit::after_theta_step(window, &lanes, (normal_at(0.4), Vec::new()), &[], 0.0);
+        assert!(fit.ahead(MAX_STEPS_AHEAD).is_empty());
+        assert_eq!(fit.best.0.q, normal_at(0.4).q);
     }
 
     #[test]

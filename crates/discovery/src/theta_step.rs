@@ -65,13 +65,15 @@ pub(crate) fn curvature(
     let (mut s, mut u) = (Square::zero(n), vec![0.0; n]);
     for (l, normal) in lanes.iter().zip(normals) {
         let (sj, uj, _) = eliminate(&normal.h.damped(damping), &normal.g, l.common());
-        let mut reached = uj.clone();
-        sj.cholesky().forward(&mut reached);
-        let share = reached.iter().map(|x| x * x).sum::<f64>();
         // At most half of the curvature along the gradient is removed. For starts near the solution nothing
         // is, which gives Gauss-Newton steps.
-        let softening = if h.system.starts_from_first_samples() { normal.softening } else { 0.0 };
-        let softening = softening.min(MAX_SOFTENED_SHARE / share.max(f64::MIN_POSITIVE));
+        let mut softening = if h.system.starts_from_first_samples() { normal.softening } else { 0.0 };
+        if softening > 0.0 {
+            let mut reached = uj.clone();
+            sj.cholesky().forward(&mut reached);
+            let share = reached.iter().map(|x| x * x).sum::<f64>();
+            softening = softening.min(MAX_SOFTENED_SHARE / share.max(f64::MIN_POSITIVE));
+        }
         for (a, &ta) in l.theta.iter().enumerate() {
             u[ta] += uj[a];
             for (b, &tb) in l.theta.iter().enumerate() {

@@ -223,6 +223,10 @@ pub enum Fault {
         "the compiled system with its derivatives needs more than {MAX_OPERATIONS} operations; simplify the model"
     )]
     TooLarge,
+    #[error(
+        "low_pass_hz needs a model without states, such as a robot with measured motion as inputs; declare the filter of the sensor as a state instead"
+    )]
+    LowPassWithStates,
 }
 
 /// Advice for a message: which quantities may be given as `with` for an effect at its place.

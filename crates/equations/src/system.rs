@@ -76,6 +76,17 @@ pub(crate) enum Column {
 /// In the unit of its argument.
 const DEFAULT_WIDTH: f64 = 0.01;
 
+/// Checks that only outputs of a model without states pass a low-pass.
+fn check_low_pass(model: &Model) -> Result<(), ModelError> {
+    let Some(output) = model.outputs.iter().find(|o| o.low_pass_hz.is_some() && !model.states.is_empty())
+    else {
+        return Ok(());
+    };
+    let (line, key) = (output.value.line, format!("outputs.{}.low_pass_hz", output.name));
+    let place = Place { file: model.file.clone(), line, key };
+    Err(ModelError { place, fault: Box::new(Fault::LowPassWithStates), excerpt: None })
+}
+
 /// Operations that compute several values, and the (row, variable, derivative) entries of their gradient.
 type ResultsWithGradient = (Vec<Id>, Vec<(usize, Variable, Id)>);
 
@@ -88,6 +99,7 @@ impl System {
     /// [`Fault::TooLarge`] if it needs more operations than are allowed, [`Fault::FiresForever`] for an event
     /// that does not end its own condition.
     pub fn compile(model: &Model, active: &[usize]) -> Result<System, ModelError> {
+        check_low_pass(model)?;
         let mut lowering = Lowering::new(model);
         let (rates, outputs) = (lowering.rates(), lowering.outputs());
         let (conditions, resets, rest_ends) = lower_events(model, &mut lowering);

@@ -65,12 +65,13 @@ impl EquationSystem {
             let system = self.schema.system.clone();
             return Err(SimulationError::Task { system, part: "samples in a window", expected: 1, found: 0 });
         };
+        let reach_s = model.low_pass_reach_s();
         let input = |(input, stream): (&Input, &Stream)| {
             if stream.values.len() != COEFFICIENTS {
                 return signal(input, stream);
             }
             let delay = input.delay.map_or(0.0, |d| parameters[d]);
-            signal_part(input, stream, (*begin, *end), delay)
+            signal_part(input, stream, (*begin - reach_s, *end + reach_s), delay)
         };
         let inputs = model.inputs.iter().zip(task.record.inputs.iter()).map(input).collect();
         let name = format!("trajectory {}", task.record.id);

@@ -27,6 +27,7 @@ impl EquationSystem {
                 step: None,
                 noise: None,
                 period: None,
+                low_pass_hz: None,
             });
         }
         self.with_equations(&model)

@@ -48,6 +48,8 @@ pub(crate) struct Columns {
     pub(crate) seeds: Vec<Seed>,
     /// For each seed, the index of its active parameter; `None` for an initial state.
     pub(crate) active: Vec<Option<usize>>,
+    /// For each active parameter, its seed; `None` if it has none.
+    seed_of_active: Vec<Option<usize>>,
     /// Slot in which each entry of the gradient of the rates is stored.
     slots: Vec<usize>,
     /// For each rate, its derivatives with respect to the states that are not always 0.
@@ -115,24 +117,26 @@ impl<const L: usize> WithSimd for Measurement<'_, L> {
             *to = block.registers[*result as usize];
         }
         slopes.fill([0.0; L]);
-        for (seed, active) in columns.active.iter().enumerate() {
-            for entry in &gradient.entries {
-                let to = &mut slopes[entry.row * seeds + seed];
-                let g = &block.registers[entry.register];
-                match entry.column {
-                    Column::State(state) => {
+        for entry in &gradient.entries {
+            let g = &block.registers[entry.register];
+            match entry.column {
+                Column::State(state) => {
+                    for seed in 0..seeds {
                         let s = &block.s[seed * n + state];
+                        let to = &mut slopes[entry.row * seeds + seed];
                         for lane in 0..L {
                             to[lane] = g[lane].mul_add(s[lane], to[lane]);
                         }
                     }
-                    Column::Active(k) if *active == Some(k) => {
-                        for lane in 0..L {
-                            to[lane] += g[lane];
-                        }
-                    }
-                    _ => {}
                 }
+                Column::Active(k) => {
+                    let Some(seed) = columns.seed_of_active[k] else { continue };
+                    let to = &mut slopes[entry.row * seeds + seed];
+                    for lane in 0..L {
+                        to[lane] += g[lane];
+                    }
+                }
+                Column::Time => {}
             }
         }
     }
@@ -204,7 +208,9 @@ impl Columns {
                 Column::Time => {}
             }
         }
-        Columns { seeds: seeds.to_vec(), active, slots, rows, direct_slots }
+        let seed_of_active =
+            (0..system.active.len()).map(|k| active.iter().position(|a| *a == Some(k))).collect();
+        Columns { seeds: seeds.to_vec(), active, seed_of_active, slots, rows, direct_slots }
     }
 }
 

@@ -18,6 +18,7 @@ mod simulate;
 mod stability;
 mod substeps;
 mod task;
+mod without_states;
 
 pub use failure::SimulationError;
 pub use linearise::{Linearisation, Point};

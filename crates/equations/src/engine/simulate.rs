@@ -76,6 +76,19 @@ impl System {
         seeds: &[Seed],
         options: &Options,
     ) -> Vec<Result<Simulated, SimulationError>> {
+        if self.states() == 0 {
+            return self.outputs_without_states(windows, seeds, options);
+        }
+        self.run_windows(windows, seeds, options)
+    }
+
+    /// Simulates windows in blocks, as they are.
+    pub(super) fn run_windows(
+        &self,
+        windows: &[Window<'_>],
+        seeds: &[Seed],
+        options: &Options,
+    ) -> Vec<Result<Simulated, SimulationError>> {
         let columns = Columns::new(self, seeds);
         let vector = self.machine.arch.dispatch(VectorLanes);
         let run = |windows: &[Window<'_>]| match windows {

@@ -190,6 +190,8 @@ pub struct Output {
     pub step: Option<f64>,
     /// Period of an output that wraps, such as an angle, in the output's unit; `None` for others.
     pub period: Option<f64>,
+    /// Cutoff of the zero-phase low-pass that the measured column has passed and the value passes, Hz; `None` without one.
+    pub low_pass_hz: Option<f64>,
 }
 
 /// Direction in which the condition `when` of an event must cross 0.

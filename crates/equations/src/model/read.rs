@@ -139,7 +139,10 @@ fn declare(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<
             item.table("an expression in quotes or a table such as { value = \"x_m\", sd = \"estimate\" }")?;
         }
         let [range, step, period] = ["range", "step", "period"].map(|kind| suffixed(&item, kind));
-        item.check_keys(&known_with(&["value", "sd", "noise", "range", "unit"], &[&step, &period]))?;
+        item.check_keys(&known_with(
+            &["value", "sd", "noise", "range", "unit", "low_pass_hz"],
+            &[&step, &period],
+        ))?;
         names.outputs.push(name.into());
         model.outputs.push(Output {
             name: name.into(),
@@ -156,6 +159,7 @@ fn declare(file: &Item<'_, '_>, model: &mut Model, names: &mut Names) -> Result<
             range: range.map(|r| r.range()).transpose()?,
             step: step.map(|s| s.positive()).transpose()?,
             period: period.map(|p| p.positive()).transpose()?,
+            low_pass_hz: item.entry("low_pass_hz").map(|cutoff| cutoff.positive()).transpose()?,
         });
     }
     declare_tables(file, model, names)

@@ -16,3 +16,4 @@ mod effects;
 mod robot;
 mod robot_effects;
 mod robot_messages;
+mod without_states;

@@ -18,6 +18,13 @@ const SPECTRUM_GAP_INTERVALS: f64 = 10.0;
 /// One or two samples may be lost.
 const MIN_GAP_INTERVALS: f64 = 3.0;
 
+/// Least number of samples of the motion in a period of the cutoff of the torques, where the log has as many.
+///
+/// A step of friction between two samples is misplaced by up to half their distance, by its `1 / sqrt(12)` in the root mean
+/// square. The response of the second filter to a step rises by about twice the cutoff per second, so the torques beside the
+/// step err by `2 / (32 sqrt(12))`, 2 % of it. If the samples are those of the log, the measured torque has the same steps.
+const MOTION_SAMPLES: f64 = 32.0;
+
 /// Candidates of the cutoff in one octave; neighbours differ by 4 %, and the error is flat at its minimum.
 const CANDIDATES_PER_OCTAVE: f64 = 16.0;
 
@@ -80,18 +87,25 @@ pub fn choose(log: &Log) -> Result<Preparation, SignalError> {
 }
 
 impl Preparation {
-    /// Preparation with this clock, s, and this cutoff, Hz.
+    /// Preparation with this clock, s, and this cutoff of the torques, Hz.
     ///
-    /// Decimation, trimmed ends and longest gap follow from them.
+    /// The other cutoff, decimations, trimmed ends and longest gap follow from them.
     ///
     /// A cutoff of more than 0.155 / interval makes accelerations too small by more than 1 %.
     pub fn new(interval_s: f64, cutoff_hz: f64, noise: Vec<JointNoise>) -> Preparation {
-        let decimation = decimation(cutoff_hz, interval_s);
+        // An octave higher, the gain of the first filter at the cutoff of the second is 1 - 2^-8.
+        let motion_cutoff_hz = (2.0 * cutoff_hz).min(highest_cutoff(interval_s)).max(cutoff_hz);
+        let motion_decimation = ((1.0 / (MOTION_SAMPLES * cutoff_hz * interval_s)) as usize).max(1);
+        let wanted = decimation(cutoff_hz, interval_s);
+        let decimation = (wanted - wanted % motion_decimation).max(motion_decimation);
         Preparation {
             interval_s,
             cutoff_hz,
+            motion_cutoff_hz,
+            motion_decimation,
             decimation,
             rate_hz: 1.0 / (decimation as f64 * interval_s),
+            motion_trim_s: transient_s(motion_cutoff_hz),
             trim_s: transient_s(cutoff_hz),
             // A quarter of a period of the cutoff frequency: the motion within it is almost a parabola.
             max_gap_s: (0.25 / cutoff_hz).max(MIN_GAP_INTERVALS * interval_s),

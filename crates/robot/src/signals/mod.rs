@@ -4,23 +4,28 @@
 //!
 //! The steps, for each segment of the log without long gaps:
 //! 1. positions and torques are interpolated to a uniform clock;
-//! 2. all of them pass the same zero-phase low-pass filter of one cutoff frequency;
+//! 2. all of them pass a zero-phase low-pass filter of one cutoff frequency, and the torques then a second one of half of it;
 //! 3. speeds and accelerations are central differences of the filtered positions;
-//! 4. the ends, where the filter has its transients, are dropped, and every n-th sample is kept.
+//! 4. the ends, where the filters have their transients, are dropped, and every n-th sample is kept: many of the motion, few of
+//!    the torques.
 //!
-//! The dynamics of a rigid arm are linear in its inertial parameters, and one filter for both sides of a linear equation keeps
-//! the equation (Gautier, "Dynamic identification of robots with power model", ICRA 1997: parallel filtering and decimation).
+//! A model computes torques from the filtered motion, and then passes them through the second filter, whose weights are
+//! [`LowPassResponse`]. One filter for both sides of an equation keeps the equation (Gautier, "Dynamic identification of
+//! robots with power model", ICRA 1997: parallel filtering and decimation). It keeps nonlinear equations too, such as Coulomb
+//! friction, because the motion is known in a wider band than the one in which torques are compared.
 
 mod choose;
 mod clock;
 mod filter;
 mod fourier;
+mod low_pass;
 mod noise_floor;
 mod prepare;
 mod spectra;
 
 pub use choose::choose;
-pub use prepare::{filter_and_decimate, prepare, prepare_at_full_rate};
+pub use low_pass::LowPassResponse;
+pub use prepare::prepare;
 
 /// A log of a robot's joints.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,8 +36,6 @@ pub struct Log {
     pub time_s: Vec<f64>,
     /// Positions, rad or m, `[n][joints]`.
     pub position: Vec<Vec<f64>>,
-    /// Measured speeds, rad/s or m/s, `[n][joints]`; `None` if they were not logged.
-    pub speed: Option<Vec<Vec<f64>>>,
     /// Torques or forces, N m or N, or currents in A, `[n][joints]`.
     pub torque: Vec<Vec<f64>>,
 }
@@ -57,15 +60,19 @@ pub struct JointNoise {
 pub struct Preparation {
     /// Interval of the uniform clock before decimation, s.
     pub interval_s: f64,
-    /// Cutoff frequency of the low-pass filter, Hz.
-    ///
-    /// Positions, speeds and torques of all joints have the same one.
+    /// Cutoff frequency of the second filter, of measured and modelled torques, Hz.
     pub cutoff_hz: f64,
-    /// One of this many samples is kept.
+    /// Cutoff frequency of the first filter, of positions and measured torques, Hz.
+    pub motion_cutoff_hz: f64,
+    /// One of this many samples of the motion is kept.
+    pub motion_decimation: usize,
+    /// One of this many samples of the torques is kept, a multiple of the decimation of the motion.
     pub decimation: usize,
-    /// Sample rate after decimation, Hz.
+    /// Sample rate of the torques after decimation, Hz.
     pub rate_hz: f64,
-    /// Time that is dropped at each end of a segment, s, where the filter has transients.
+    /// Time that is dropped at each end of a segment, s, where the first filter has transients.
+    pub motion_trim_s: f64,
+    /// Time by which the torques begin after the motion and end before it, s: the reach of the second filter.
     pub trim_s: f64,
     /// Longest gap between two samples that is interpolated, s; longer gaps end a segment.
     pub max_gap_s: f64,
@@ -76,18 +83,18 @@ pub struct Preparation {
 /// A prepared part of a log, without gaps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Segment {
-    /// Times, s, `[k]`: uniform at the decimated rate, on the clock of the log.
+    /// Times of the motion, s, `[n]`: uniform, on the clock of the log.
     pub time_s: Vec<f64>,
-    /// Filtered positions, rad or m, `[k][joints]`.
+    /// Filtered positions, rad or m, `[n][joints]`.
     pub position: Vec<Vec<f64>>,
-    /// Speeds, rad/s or m/s, `[k][joints]`: derivative of the filtered positions.
+    /// Speeds, rad/s or m/s, `[n][joints]`: derivative of the filtered positions.
     pub speed: Vec<Vec<f64>>,
-    /// Accelerations, rad/s2 or m/s2, `[k][joints]`: second derivative of the filtered positions.
+    /// Accelerations, rad/s2 or m/s2, `[n][joints]`: second derivative of the filtered positions.
     pub acceleration: Vec<Vec<f64>>,
-    /// Filtered torques or forces, `[k][joints]`, in the unit of the log.
+    /// Samples of the motion at which there are torques, `[k]`.
+    pub torque_rows: Vec<usize>,
+    /// Torques or forces after both filters, `[k][joints]`, in the unit of the log.
     pub torque: Vec<Vec<f64>>,
-    /// Measured speeds after the same filter, `[k][joints]`; `None` if they were not logged.
-    pub measured_speed: Option<Vec<Vec<f64>>>,
 }
 
 /// Why a log cannot be prepared.
@@ -129,7 +136,7 @@ pub enum SignalError {
     /// A value is not a finite number.
     #[error("row {row}: the {channel} of joint `{joint}` is not a finite number")]
     NotFinite {
-        /// `position`, `speed` or `torque`.
+        /// `position` or `torque`.
         channel: &'static str,
         /// Name of the joint.
         joint: String,
@@ -147,7 +154,7 @@ pub enum SignalError {
         "the {channel} has {rows} rows, and row {row} has {width} values; expected {expected_rows} rows of {joints} values"
     )]
     Shape {
-        /// `position`, `speed` or `torque`.
+        /// `position` or `torque`.
         channel: &'static str,
         /// Rows of the channel.
         rows: usize,
@@ -182,13 +189,8 @@ impl Log {
                 return Err(SignalError::TimeNotIncreasing { row: i + 1, time_s: *time, previous_s });
             }
         }
-        let speed = self.speed.as_ref().map(|speed| ("speed", speed));
-        for (channel, rows) in
-            [("position", &self.position), ("torque", &self.torque)].into_iter().chain(speed)
-        {
-            self.check_channel(channel, rows)?;
-        }
-        Ok(())
+        self.check_channel("position", &self.position)?;
+        self.check_channel("torque", &self.torque)
     }
 
     fn check_channel(&self, channel: &'static str, rows: &[Vec<f64>]) -> Result<(), SignalError> {

@@ -4,6 +4,7 @@ use augsim_data::digits;
 use augsim_equations::model::plain_name;
 use augsim_robot::Robot;
 use augsim_robot::description::{Drive, Joint, JointKind};
+use augsim_robot::signals::Preparation;
 use std::fmt::Write;
 
 /// How the motion of a robot and its torques are related in a model.
@@ -108,8 +109,8 @@ pub(super) struct Draft<'r> {
     pub file: String,
     /// Name of the log, for a comment.
     pub log: String,
-    /// Settings with which the log was filtered, as a comment; empty if it was not.
-    pub preparation: String,
+    /// How the log was filtered; `None` if it was not.
+    pub preparation: Option<Preparation>,
 }
 
 impl Draft<'_> {
@@ -167,7 +168,13 @@ impl Draft<'_> {
             self.joints.iter().map(|j| format!("{:?}", j.acceleration)).collect();
         *out += &self.robot_section(&format!("acceleration = [{}]", accelerations.join(", ")));
         *out += "\n[inputs] # measured motion, filtered and differentiated";
-        *out += &self.preparation;
+        let mut low_pass = String::new();
+        if let Some(p) = &self.preparation {
+            let rate_hz = 1.0 / (p.interval_s * p.motion_decimation as f64);
+            let (cutoff, rate) = (digits(p.motion_cutoff_hz), digits(rate_hz));
+            let _ = write!(out, " below {cutoff} Hz, {rate} samples per second");
+            low_pass = format!(", low_pass_hz = {}", number(p.cutoff_hz));
+        }
         out.push('\n');
         for joint in &self.joints {
             for name in [&joint.position, &joint.speed, &joint.acceleration] {
@@ -177,10 +184,12 @@ impl Draft<'_> {
         if !parameters.is_empty() {
             *out += &format!("\n[parameters]\n{parameters}");
         }
-        *out += "\n[outputs] # torque of each drive: rigid bodies, and what the file states of the joint\n";
+        *out += "\n[outputs] # torque of each drive: rigid bodies, and what the file states of the joint; measured and modelled torques are \
+                 compared below low_pass_hz\n";
         for (joint, passive) in self.joints.iter().zip(passive) {
             let value = format!("inverse_dynamics({}){passive}", joint.name);
-            let _ = writeln!(out, "{} = {{ value = {value:?}, sd = \"estimate\" }}", joint.torque_name());
+            let name = joint.torque_name();
+            let _ = writeln!(out, "{name} = {{ value = {value:?}, sd = \"estimate\"{low_pass} }}");
         }
     }
 
@@ -309,9 +318,4 @@ pub(super) fn number(value: f64) -> String {
 /// Text in one line of a comment.
 fn comment(text: &str) -> String {
     text.replace(['\n', '\r'], " ")
-}
-
-/// Describes the filter of a log as the end of a comment.
-pub(super) fn preparation_text(cutoff_hz: f64, rate_hz: f64) -> String {
-    format!(" at {} Hz, {} samples per second", digits(cutoff_hz), digits(rate_hz))
 }

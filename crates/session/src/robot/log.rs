@@ -61,7 +61,7 @@ pub(super) fn prepared(
     Ok((Dataset::new(columns(joints)?, trajectories)?, preparation))
 }
 
-/// Columns of a filtered log: position, speed and acceleration of every joint, then the torques.
+/// Columns of a filtered log: position, speed and acceleration of every joint, then the torques, which have fewer samples.
 fn columns(joints: &[DraftJoint<'_>]) -> Result<Vec<Column>, RobotFault> {
     let mut columns = Vec::new();
     let unit = |text: &str| Unit::parse(text).unwrap_or(Unit::DIMENSIONLESS);
@@ -77,13 +77,22 @@ fn columns(joints: &[DraftJoint<'_>]) -> Result<Vec<Column>, RobotFault> {
     Ok(columns)
 }
 
-/// Values of a segment in the order of [`columns`].
+/// Values of a segment in the order of [`columns`]; a torque is missing where it was not sampled.
 fn series(segment: &Segment, joints: usize) -> Vec<Vec<f64>> {
     let of = |rows: &[Vec<f64>], joint: usize| rows.iter().map(|row| row[joint]).collect::<Vec<f64>>();
     let motion = (0..joints).flat_map(|joint| {
         [of(&segment.position, joint), of(&segment.speed, joint), of(&segment.acceleration, joint)]
     });
-    motion.chain((0..joints).map(|joint| of(&segment.torque, joint))).collect()
+    let torque = |joint: usize| {
+        let mut values = vec![f64::NAN; segment.time_s.len()];
+        segment
+            .torque_rows
+            .iter()
+            .zip(&segment.torque)
+            .for_each(|(row, torque)| values[*row] = torque[joint]);
+        values
+    };
+    motion.chain((0..joints).map(torque)).collect()
 }
 
 /// Root mean square of a column; 0 if the data lack it.

@@ -104,9 +104,8 @@ pub fn model_from_robot(
         }
         Formulation::Forward => identifiable::rotors(&joints, request.free),
     };
-    let filter = |p: &Preparation| draft::preparation_text(p.cutoff_hz, p.rate_hz);
     let draft = Draft {
-        preparation: preparation.as_ref().map_or_else(String::new, filter),
+        preparation: preparation.clone(),
         robot,
         joints,
         formulation,
@@ -165,8 +164,6 @@ fn moving_joints(robot: &Robot, log: &Dataset, request: &RobotRequest) -> Result
 /// Where the position, torque and command of each joint come from.
 struct JointSignals {
     positions: Vec<ColumnExpression>,
-    /// Columns of measured speeds; `None` unless the log has one for each joint.
-    speeds: Option<Vec<usize>>,
     torques: Option<Vec<ColumnExpression>>,
     commands: Option<Vec<usize>>,
     /// Names of the columns with currents.
@@ -209,12 +206,6 @@ impl JointSignals {
         let currents = assigned.iter().filter_map(|a| a.current).map(|i| columns[i].clone()).collect();
         Ok(Self {
             positions,
-            // Measured speeds of combined positions are not known.
-            speeds: if request.positions.is_empty() {
-                assigned.iter().map(|a| a.speed).collect()
-            } else {
-                None
-            },
             torques: torques.into_iter().collect(),
             commands: assigned.iter().map(|a| a.command).collect(),
             currents,
@@ -247,14 +238,10 @@ impl JointSignals {
                 let row = |k: usize| list.iter().map(|e| e.at(&|column| t.column(column)[k])).collect();
                 (0..t.len()).map(row).collect()
             };
-            let speed = self.speeds.as_ref().map(|speeds| {
-                (0..t.len()).map(|k| speeds.iter().map(|column| t.column(*column)[k]).collect()).collect()
-            });
             let log = augsim_robot::signals::Log {
                 joints: names.to_vec(),
                 time_s: t.time_s().to_vec(),
                 position: rows(&self.positions),
-                speed,
                 torque: rows(torques),
             };
             JointLog { trajectory: t.id().to_owned(), group: t.group().map(str::to_owned), log }
