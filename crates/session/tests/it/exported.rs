@@ -1,12 +1,15 @@
-//! Contract: exported programs in C and Python replay an input series exactly as the engine simulates it, for
-//! every effect of the library and of the formulas, with delays, events, state bounds, tables and smoothed
-//! discontinuities.
+//! Contract: exported programs in C and Python, step functions and FMUs give the trajectory that the engine simulates
+//! from an input series, for every effect of the library and of the formulas, with delays, events, state bounds,
+//! tables and smoothed discontinuities.
+
+/// Step functions and FMUs, which do not choose their steps from a recording.
+mod steps;
 
 use crate::programs::printed;
 use augsim_equations::library::Scales;
 use augsim_equations::{EquationSystem, Model, model};
 use augsim_session::Subject;
-use augsim_session::export::{Language, export};
+use augsim_session::export::{Language, export, export_files};
 use augsim_session::simulate::{Plan, simulate};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -14,6 +17,9 @@ use std::process::Command;
 
 /// Number of effects that are added to a model at once, so that the test compiles few programs.
 const EFFECTS_PER_PROGRAM: usize = 8;
+
+/// Options of the C compiler, with warnings as errors.
+const STRICT: &[&str] = &["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic"];
 
 /// A driven oscillator with every kind of hold, a delay, a table, dry friction of undeclared width, an event with a
 /// reset and a rest, a state bound, and names that Python or C use themselves.
@@ -131,10 +137,10 @@ fn follows_the_engine(model: &Model, what: &str, dir: &Path) -> bool {
     let given: Vec<String> = start.iter().map(|(name, value)| format!("{name}={value}")).collect();
     let args: Vec<&str> = std::iter::once("in.csv").chain(given.iter().map(String::as_str)).collect();
     for (language, file) in [(Language::Python, "law.py"), (Language::C, "law.c")] {
-        std::fs::write(dir.join(file), export(&subject, language).expect("a program")).expect("written");
+        steps::write(&export_files(&subject, language, &dir.join(file)).expect("a program"));
     }
     let python = printed("python3", &[&["law.py"], &args[..]].concat(), dir);
-    let build = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-O0", "law.c", "-o", "law", "-lm"];
+    let build = [STRICT, &["-DLAW_MAIN", "-O0", "law.c", "-o", "law", "-lm"]].concat();
     let c = printed("cc", &build, dir).and_then(|_| printed("./law", &args, dir));
     for (language, found) in [("Python", python), ("C", c)] {
         let Some(found) = found.map(|csv| values(&csv)) else { continue };
@@ -147,6 +153,7 @@ fn follows_the_engine(model: &Model, what: &str, dir: &Path) -> bool {
             );
         }
     }
+    steps::follow_the_engine(model, &plan, what, dir);
     true
 }
 
@@ -156,11 +163,9 @@ fn every_part_of_a_model_is_exported() {
     for (name, text) in [("parts", MODEL), ("flow", FLOW)].into_iter().chain(augsim_equations::EXAMPLES) {
         let model = model::parse(text, "model.toml").expect("a model");
         assert!(follows_the_engine(&model, name, &dir), "the engine does not simulate {name}");
-        // Optimised code gives more warnings; without its program the file is a library.
-        for option in ["-DLAW_MAIN", "-DLAW_NO_MAIN"] {
-            let build =
-                ["-std=c99", "-Wall", "-Wextra", "-Werror", "-O2", option, "-c", "law.c", "-o", "law.o"];
-            printed("cc", &build, &dir);
+        // Optimised code gives more warnings.
+        for option in ["-DLAW_MAIN", "-ULAW_MAIN"] {
+            printed("cc", &[STRICT, &["-O2", option, "-c", "law.c", "-o", "law.o"]].concat(), &dir);
         }
     }
     for (method, steps) in [("implicit", 3), ("explicit", 5)] {
