@@ -81,6 +81,36 @@ b_K = "0.3 * (a_K - b_K)"
 a_K_read = { value = "a_K", sd = 0.001 }
 "#;
 
+/// A robot with two joints, driven by torques.
+const ROBOT: &str = r#"
+scenario = "system"
+name = "arm"
+[robot]
+file = "two-link-planar.urdf"
+joints = ["shoulder", "elbow"]
+position = ["q1_rad", "q2_rad"]
+speed = ["w1_rad_s", "w2_rad_s"]
+torque = ["tau1_N_m", "tau2_N_m - viscous * w2_rad_s"]
+[inputs]
+tau1_N_m = { hold = "zero" }
+tau2_N_m = { hold = "linear" }
+[states]
+q1_rad = { start = "angle1_rad" }
+w1_rad_s = { start = "0" }
+q2_rad = { start = "angle2_rad" }
+w2_rad_s = { start = "0" }
+[parameters]
+viscous = { nominal = 0.3, min = 0.0, unit = "N m s" }
+[rates]
+q1_rad = "w1_rad_s"
+w1_rad_s = "forward_dynamics(shoulder)"
+q2_rad = "w2_rad_s"
+w2_rad_s = "forward_dynamics(elbow)"
+[outputs]
+angle1_rad = { value = "q1_rad", sd = 0.001 }
+angle2_rad = { value = "q2_rad", sd = 0.001 }
+"#;
+
 /// Creates an empty folder for the programs of one test.
 fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("exported-{name}"));
@@ -105,6 +135,17 @@ fn series(model: &Model) -> (Vec<f64>, Vec<(String, Vec<f64>)>) {
     (times, inputs)
 }
 
+/// Writes the times and inputs of a plan as `in.csv`.
+fn write_inputs(plan: &Plan, dir: &Path) {
+    let mut csv = "t_s".to_owned();
+    plan.inputs.iter().for_each(|(name, _)| csv += &format!(",{name}"));
+    for (k, t) in plan.times.iter().enumerate() {
+        csv += &format!("\n{t}");
+        plan.inputs.iter().for_each(|(_, values)| csv += &format!(",{}", values[k]));
+    }
+    std::fs::write(dir.join("in.csv"), csv + "\n").expect("written");
+}
+
 /// Compares the programs of a model with the engine, over a series of inputs, from an initial state.
 ///
 /// Returns false if the engine cannot simulate the model.
@@ -127,13 +168,7 @@ fn follows_the_engine(model: &Model, what: &str, dir: &Path) -> bool {
     if !engine.values.iter().all(|v| v.abs() < 1e6) {
         return false;
     }
-    let mut csv = "t_s".to_owned();
-    inputs.iter().for_each(|(name, _)| csv += &format!(",{name}"));
-    for (k, t) in times.iter().enumerate() {
-        csv += &format!("\n{t}");
-        inputs.iter().for_each(|(_, values)| csv += &format!(",{}", values[k]));
-    }
-    std::fs::write(dir.join("in.csv"), csv + "\n").expect("written");
+    write_inputs(&plan, dir);
     let given: Vec<String> = start.iter().map(|(name, value)| format!("{name}={value}")).collect();
     let args: Vec<&str> = std::iter::once("in.csv").chain(given.iter().map(String::as_str)).collect();
     for (language, file) in [(Language::Python, "law.py"), (Language::C, "law.c")] {
@@ -200,8 +235,9 @@ fn every_effect_is_exported() {
     let mut done: BTreeSet<String> = BTreeSet::new();
     let mut wanted: BTreeSet<String> = BTreeSet::new();
     let smooth = MODEL.split("[[events]]").next().expect("a model");
-    for text in [smooth, FLOW, MODEL] {
-        let declared = model::parse(text, "model.toml").expect("a model");
+    for (text, of) in [(smooth, ""), (FLOW, ""), (MODEL, ""), (ROBOT, " of a robot")] {
+        let place = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/robots/model.toml");
+        let declared = model::parse(text, &place.display().to_string()).expect("a model");
         let system = EquationSystem::new(&declared, &Scales::default()).expect("a system");
         let mut together: Vec<(String, Model)> = Vec::new();
         let (mut model, mut names) = (declared.clone(), Vec::new());
@@ -209,7 +245,7 @@ fn every_effect_is_exported() {
             // A formula is known by its expression, whatever the quantities, any other effect by its kind.
             let name = match &candidate.shape {
                 Some(_) => shape_of(candidate.text().unwrap_or_default(), &declared),
-                None => candidate.kind.clone(),
+                None => candidate.kind.clone() + of,
             };
             wanted.insert(name.clone());
             if done.contains(&name) {

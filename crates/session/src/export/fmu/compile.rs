@@ -20,7 +20,8 @@ pub(super) const PLATFORM: (&str, &str) = if cfg!(target_os = "windows") {
 /// # Errors
 /// A sentence on why there is no library: the compiler cannot be run, or it failed.
 pub(super) fn compile(folder: &Path, source: &str, library: &str) -> Result<(), String> {
-    let compiler = std::env::var_os("CC").filter(|name| !name.is_empty()).unwrap_or_else(|| OsString::from("cc"));
+    let compiler =
+        std::env::var_os("CC").filter(|name| !name.is_empty()).unwrap_or_else(|| OsString::from("cc"));
     let name = compiler.to_string_lossy();
     let position = if cfg!(target_os = "windows") { &[][..] } else { &["-fPIC"][..] };
     let out = Command::new(&compiler)
@@ -34,7 +35,10 @@ pub(super) fn compile(folder: &Path, source: &str, library: &str) -> Result<(), 
         true => Ok(()),
         false => {
             let text = String::from_utf8_lossy(&out.stderr);
-            Err(format!("the C compiler `{name}` failed: {}", text.lines().next().unwrap_or("without a message")))
+            Err(format!(
+                "the C compiler `{name}` failed: {}",
+                text.lines().next().unwrap_or("without a message")
+            ))
         }
     }
 }

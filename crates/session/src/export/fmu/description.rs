@@ -60,7 +60,8 @@ impl Described<'_> {
             .containing([self.kind("ModelExchange"), self.kind("CoSimulation")])
             .containing(units(&variables))
             .containing([Element::new("LogCategories").containing(
-                ["logStatusWarning", "logStatusError"].map(|name| Element::new("Category").with("name", name)),
+                ["logStatusWarning", "logStatusError"]
+                    .map(|name| Element::new("Category").with("name", name)),
             )])
             .containing([Element::new("DefaultExperiment")
                 .with("startTime", "0.0")
@@ -110,9 +111,9 @@ impl Described<'_> {
         }
         for output in &m.outputs {
             let variable = Variable::new(&output.name, Role::Output, output.unit, None);
-            let range = output.range.map_or(String::new(), |[low, high]| {
-                format!(" (the sensor reads from {low} to {high})")
-            });
+            let range = output
+                .range
+                .map_or(String::new(), |[low, high]| format!(" (the sensor reads from {low} to {high})"));
             list.push(variable.described(&format!("output without measurement noise{range}")));
         }
         for p in &m.parameters {
@@ -122,7 +123,10 @@ impl Described<'_> {
         for (i, d) in self.listing.discontinuities.iter().enumerate() {
             let variable =
                 Variable::new(&format!("numerics.width[{}]", i + 1), Role::Parameter, None, Some(d.width));
-            list.push(variable.described(&format!("width over which the discontinuity in {} is smoothed", d.argument)));
+            list.push(
+                variable
+                    .described(&format!("width over which the discontinuity in {} is smoothed", d.argument)),
+            );
         }
         make_names_unique(&mut list);
         list
@@ -176,8 +180,7 @@ impl Described<'_> {
                 .containing([value])
         };
         let substeps = Element::new("Integer").with("min", 0).with("start", numerics.substeps.unwrap_or(0));
-        let implicit =
-            Element::new("Boolean").with("start", numerics.integrator == Integrator::Implicit);
+        let implicit = Element::new("Boolean").with("start", numerics.integrator == Integrator::Implicit);
         [
             setting(
                 "numerics.substeps",
@@ -201,7 +204,8 @@ impl Described<'_> {
             ("InitialUnknowns", unknowns(&|role| role == Role::Output || is_rate(role))),
         ];
         let lists = lists.into_iter().filter(|(_, list)| !list.is_empty());
-        Element::new("ModelStructure").containing(lists.map(|(name, list)| Element::new(name).containing(list)))
+        Element::new("ModelStructure")
+            .containing(lists.map(|(name, list)| Element::new(name).containing(list)))
     }
 }
 
@@ -237,7 +241,8 @@ fn make_names_unique(variables: &mut [Variable]) {
 fn units(variables: &[Variable]) -> Option<Element> {
     let used: BTreeMap<String, Unit> =
         variables.iter().filter_map(|v| v.unit).map(|unit| (unit.symbol(), unit)).collect();
-    let elements: Vec<Element> = used.into_iter().filter(|(symbol, _)| !symbol.is_empty()).map(unit).collect();
+    let elements: Vec<Element> =
+        used.into_iter().filter(|(symbol, _)| !symbol.is_empty()).map(unit).collect();
     (!elements.is_empty()).then(|| Element::new("UnitDefinitions").containing(elements))
 }
 
@@ -249,8 +254,8 @@ fn unit((symbol, unit): (String, Unit)) -> Element {
         return element;
     }
     let named = ["kg", "m", "s", "A", "K", "mol"].into_iter().zip(exponents);
-    let base = named.filter(|(_, exponent)| *exponent != 0.0).fold(Element::new("BaseUnit"), |base, (name, exponent)| {
-        base.with(name, exponent as i64)
-    });
+    let base = named
+        .filter(|(_, exponent)| *exponent != 0.0)
+        .fold(Element::new("BaseUnit"), |base, (name, exponent)| base.with(name, exponent as i64));
     element.containing([base])
 }

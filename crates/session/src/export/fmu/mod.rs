@@ -4,10 +4,10 @@ mod compile;
 mod description;
 mod xml;
 
+use super::number;
 use super::program::{CFiles, c_files, has_events};
 use super::routine::Names;
 use super::words::{comment, fill, with_prefix};
-use super::number;
 use anyhow::Context;
 use augsim_equations::Model;
 use augsim_equations::listing::Listing;
@@ -46,11 +46,22 @@ pub(super) fn fmu(model: &Model, name: &str) -> anyhow::Result<Fmu> {
     let listing = Listing::new(model)?;
     let CFiles { header, source } = c_files(model, name)?;
     let start = initial_states(model);
-    let described =
-        Described { model, listing: &listing, name, indicators: indicators(model), jumps: has_events(model), start: &start };
+    let described = Described {
+        model,
+        listing: &listing,
+        name,
+        indicators: indicators(model),
+        jumps: has_events(model),
+        start: &start,
+    };
     let guid = guid(&[&header, &source, &described.document("")]);
     let unit = with_prefix(&unit_source(model, name, &guid, &start), name);
-    let sources = [("fmi2.c", unit), ("fmi2.h", FMI_HEADER.to_owned()), (&format!("{name}.c"), source), (&format!("{name}.h"), header)];
+    let sources = [
+        ("fmi2.c", unit),
+        ("fmi2.h", FMI_HEADER.to_owned()),
+        (&format!("{name}.c"), source),
+        (&format!("{name}.h"), header),
+    ];
     let (library, without_library) = match library(&sources, name)? {
         Ok(bytes) => (Some(bytes), None),
         Err(reason) => (None, Some(reason)),
@@ -75,10 +86,16 @@ fn unit_source(model: &Model, name: &str, guid: &str, start: &[f64]) -> String {
             ("NAME", name.to_owned()),
             ("GUID", guid.to_owned()),
             ("PARAMETERS", names.parameters.len().to_string()),
-            ("PARAMETER_CASES", cases.map(|(i, field)| format!("    case {i}: return &p->{field};\n")).collect()),
+            (
+                "PARAMETER_CASES",
+                cases.map(|(i, field)| format!("    case {i}: return &p->{field};\n")).collect(),
+            ),
             ("START", start.iter().map(|x| number(*x) + ", ").collect()),
             ("DELAY_CODE", (if has_delays { DELAYED } else { UNDELAYED }).to_owned()),
-            ("EVENT_CODE", if has_events(model) { fill(EVENTS, &[indicators]) } else { EVENTLESS.to_owned() }),
+            (
+                "EVENT_CODE",
+                if has_events(model) { fill(EVENTS, &[indicators]) } else { EVENTLESS.to_owned() },
+            ),
             ("MODEL_EXCHANGE", MODEL_EXCHANGE.to_owned()),
             ("CO_SIMULATION", CO_SIMULATION.to_owned()),
         ],
@@ -122,7 +139,9 @@ fn library(sources: &[(&str, String)], name: &str) -> anyhow::Result<Result<Vec<
     }
     let library = format!("{name}.{}", PLATFORM.1);
     match compile(folder.path(), "fmi2.c", &library) {
-        Ok(()) => Ok(Ok(std::fs::read(folder.path().join(&library)).context("the library from the C compiler")?)),
+        Ok(()) => {
+            Ok(Ok(std::fs::read(folder.path().join(&library)).context("the library from the C compiler")?))
+        }
         Err(reason) => Ok(Err(reason)),
     }
 }

@@ -9,14 +9,16 @@ use augsim_equations::{Model, model};
 use augsim_session::Subject;
 use augsim_session::export::{Exported, Language, export_files};
 use augsim_session::simulate::{Plan, simulate};
-use std::io::Read;
+use std::io::{Read, Write};
 use std::path::Path;
+use std::process::Command;
 
 /// Integration steps in each sample interval, enough for the fastest of the tested models to be stable.
 const SUBSTEPS: usize = 32;
 
 const STEP_DRIVER: &str = include_str!("step_driver.c");
 const FMU_DRIVER: &str = include_str!("fmu_driver.c");
+const FMPY_CHECK: &str = include_str!("fmpy_check.py");
 
 /// Writes the files of an export.
 pub fn write(exported: &Exported) {
@@ -93,6 +95,7 @@ pub fn follow_the_engine(model: &Model, plan: &Plan, what: &str, dir: &Path) {
     let x: Vec<String> = fixed.states.iter().map(|state| start_of(state, plan).to_string()).collect();
     step_function(&fixed, plan, &x, what, dir);
     unit(&fixed, plan, &x, &engine, what, dir);
+    fmpy_follows_the_engine(&fixed, plan, what, dir);
 }
 
 /// Initial value of a state: as planned, or 0 for a state that an effect adds.
@@ -115,7 +118,6 @@ fn step_function(fixed: &Model, plan: &Plan, x: &[String], what: &str, dir: &Pat
     let args: Vec<&str> = std::iter::once("plan.txt").chain(x.iter().map(String::as_str)).collect();
     let Some(found) = printed("cc", &build, dir).and_then(|_| printed("./steps", &args, dir)) else { return };
     let error = largest_error(&found, &engine, what);
-    eprintln!("FIG st {error:e}");
     assert!(error <= 1e-9, "step function, {what}: error {error}");
 }
 
@@ -148,7 +150,6 @@ fn unit(fixed: &Model, plan: &Plan, x: &[String], engine: &[f64], what: &str, di
         // In model exchange the past of an input is known at the importer's steps only, with lines between them.
         let is_sampled = |i: &model::Input| i.delay.is_some() && i.hold != Some(Hold::Zero);
         let allowed = if kind == "me" && fixed.inputs.iter().any(is_sampled) { 1e-6 } else { 1e-9 };
-        eprintln!("FIG {kind} {error:e} {}", what.chars().take(30).collect::<String>());
         assert!(error <= allowed, "FMU ({kind}), {what}: error {error}");
     }
 }
@@ -166,7 +167,8 @@ fn unpack(file: &Path, dir: &Path) -> String {
         std::fs::write(dir.join(name.rsplit('/').next().unwrap_or_default()), content).expect("written");
         names.push(name);
     }
-    for name in ["modelDescription.xml", "sources/fmi2.c", "sources/fmi2.h", "sources/law.c", "sources/law.h"] {
+    for name in ["modelDescription.xml", "sources/fmi2.c", "sources/fmi2.h", "sources/law.c", "sources/law.h"]
+    {
         assert!(names.iter().any(|found| found == name), "{name} is not in {names:?}");
     }
     std::fs::read_to_string(dir.join("modelDescription.xml")).expect("a description")
@@ -191,7 +193,10 @@ fn check_description(text: &str, model: &Model) -> (String, usize) {
     for (reference, name) in declared {
         let variable = variables[reference];
         let number = reference.to_string();
-        assert_eq!((variable.attribute("name"), variable.attribute("valueReference")), (Some(&**name), Some(&*number)));
+        assert_eq!(
+            (variable.attribute("name"), variable.attribute("valueReference")),
+            (Some(&**name), Some(&*number))
+        );
     }
     let mut names: Vec<_> = variables.iter().filter_map(|v| v.attribute("name")).collect();
     names.sort_unstable();
@@ -199,9 +204,68 @@ fn check_description(text: &str, model: &Model) -> (String, usize) {
     assert_eq!(names.len(), variables.len(), "names are unique");
     let listed = |name: &str| {
         let lists = child("ModelStructure").into_iter().flat_map(|s| s.children());
-        lists.filter(|list| list.has_tag_name(name)).flat_map(|list| list.children()).filter(|u| u.is_element()).count()
+        lists
+            .filter(|list| list.has_tag_name(name))
+            .flat_map(|list| list.children())
+            .filter(|u| u.is_element())
+            .count()
     };
     assert_eq!((listed("Derivatives"), listed("Outputs")), (n, model.outputs.len()));
     let indicators = attribute("numberOfEventIndicators").parse().expect("a number");
     (attribute("guid"), indicators)
+}
+
+/// The plan for fmpy: samples at equal intervals, and inputs that jump at every second one.
+fn fmpy_plan(model: &Model, plan: &Plan) -> Plan {
+    let times: Vec<f64> = (0..=200).map(|k| 0.01 * f64::from(k)).collect();
+    let wave = |input: usize| -> Vec<f64> {
+        let value = |k: u32| 1.5 + 2.0 * (0.4 + 0.03 * f64::from(k.div_ceil(2)) * (2.0 + input as f64)).sin();
+        (0..=200).map(value).collect()
+    };
+    let inputs = model.inputs.iter().enumerate().map(|(i, input)| (input.name.clone(), wave(i))).collect();
+    Plan { times, inputs, start: plan.start.clone(), ..Plan::default() }
+}
+
+/// Checks that fmpy simulates the FMU of a model as the engine does, with inputs that are held.
+///
+/// Where fmpy is missing this is printed and nothing is checked.
+fn fmpy_follows_the_engine(fixed: &Model, plan: &Plan, what: &str, dir: &Path) {
+    let mut fixed = fixed.clone();
+    fixed.inputs.iter_mut().for_each(|input| input.hold = Some(Hold::Zero));
+    let plan = fmpy_plan(&fixed, plan);
+    let subject = Subject::Equations(Box::new(fixed.clone()));
+    // Not every combination of effects stays finite with these inputs.
+    let Ok(engine) = simulate(&subject, &plan) else { return };
+    let row = fixed.outputs.len();
+    let engine: Vec<f64> = engine.values.chunks(row).step_by(2).flatten().copied().collect();
+    super::write_inputs(&plan, dir);
+    write(&export_files(&subject, Language::Fmu, &dir.join("law.fmu")).expect("a unit"));
+    std::fs::write(dir.join("fmpy_check.py"), FMPY_CHECK).expect("written");
+    for (kind, allowed) in [("cs", 1e-9), ("me", 1e-5)] {
+        let mut args = ["fmpy_check.py", "law.fmu", kind, "in.csv"].map(str::to_owned).to_vec();
+        let start = |state: &model::State| format!("{}={}", state.name, start_of(state, &plan));
+        args.extend(fixed.states.iter().map(start));
+        let Some(found) = fmpy(&args, what, dir) else { return };
+        let error = largest_error(&found, &engine, what);
+        assert!(error <= allowed, "fmpy ({kind}), {what}: error {error}");
+    }
+}
+
+/// What the script for fmpy prints; `None`, with a message, where fmpy is missing.
+fn fmpy(args: &[String], what: &str, dir: &Path) -> Option<String> {
+    let python = std::env::var_os("AUGSIM_FMPY_PYTHON").unwrap_or_else(|| "python3".into());
+    let out = Command::new(&python).args(args).current_dir(dir).output();
+    let reason = match out {
+        Ok(out) if out.status.success() => return Some(String::from_utf8(out.stdout).expect("text")),
+        Ok(out) if out.status.code() == Some(77) => String::from_utf8_lossy(&out.stderr).into_owned(),
+        Ok(out) => panic!("fmpy, {what}: {}", String::from_utf8_lossy(&out.stderr)),
+        Err(e) => e.to_string(),
+    };
+    // Nothing can be done when standard error is closed.
+    let _ = writeln!(
+        std::io::stderr(),
+        "NOT TESTED: FMUs in fmpy ({}); install fmpy, and name its Python in AUGSIM_FMPY_PYTHON",
+        reason.trim()
+    );
+    None
 }
