@@ -126,6 +126,7 @@ impl<'a> Program<'a> {
         let widths = self.listing.discontinuities.iter().map(|d| comment(&d.argument)).collect();
         vec![
             ("TITLE", comment(&m.name)),
+            ("CROSSINGS_TEXT", if m.events.is_empty() { "" } else { templates::PYTHON_CROSSINGS }.to_owned()),
             (
                 "USAGE",
                 format!(
@@ -290,7 +291,7 @@ impl<'a> Program<'a> {
                 text += &results.iter().enumerate().map(line).collect::<String>();
                 if results.is_empty() { format!("{indent}(void){to};\n{text}") } else { text }
             }
-            false => text + &format!("{indent}return [{}]\n", results.join(", ")),
+            false => text + &format!("{indent}return stacked([{}], x)\n", results.join(", ")),
         }
     }
 

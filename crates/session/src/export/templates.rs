@@ -19,6 +19,8 @@ def table_piece(x, knots):
 
 
 def table(x, knots, values):
+    if is_array(x):
+        return numpy.interp(x, knots, values)
     i = table_piece(x, knots)
     if i is None:
         return x if x != x else values[0] if x < knots[0] else values[-1]
@@ -26,6 +28,9 @@ def table(x, knots, values):
 
 
 def table_slope(x, knots, values):
+    if is_array(x):
+        slopes = numpy.diff(values) / numpy.diff(knots)
+        return numpy.concatenate([[0.0], slopes, [0.0]])[numpy.searchsorted(knots, x, side=\"right\")]
     i = table_piece(x, knots)
     return 0.0 if i is None else (values[i + 1] - values[i]) / (knots[i + 1] - knots[i])
 
@@ -74,3 +79,6 @@ pub(super) const C_HISTORY_FIELDS: &str = "    /* Inputs of the past steps: a ri
     int newest, remembered;
     double history_t[LAW_HISTORY], history[LAW_HISTORY][LAW_INPUTS + 1][4];
 ";
+
+pub(super) const PYTHON_CROSSINGS: &str = "
+#   crossings(inputs)               events, for the argument `events` of solve_ivp";

@@ -188,6 +188,7 @@ fn follows_the_engine(model: &Model, what: &str, dir: &Path) -> bool {
             );
         }
     }
+    steps::python_takes_arrays(what, dir);
     steps::follow_the_engine(model, &plan, what, dir);
     true
 }

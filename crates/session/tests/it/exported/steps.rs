@@ -18,6 +18,7 @@ const SUBSTEPS: usize = 32;
 
 const STEP_DRIVER: &str = include_str!("step_driver.c");
 const FMU_DRIVER: &str = include_str!("fmu_driver.c");
+const NUMPY_CHECK: &str = include_str!("numpy_check.py");
 const FMPY_CHECK: &str = include_str!("fmpy_check.py");
 
 /// Writes the files of an export.
@@ -245,26 +246,35 @@ fn fmpy_follows_the_engine(fixed: &Model, plan: &Plan, what: &str, dir: &Path) {
         let mut args = ["fmpy_check.py", "law.fmu", kind, "in.csv"].map(str::to_owned).to_vec();
         let start = |state: &model::State| format!("{}={}", state.name, start_of(state, &plan));
         args.extend(fixed.states.iter().map(start));
-        let Some(found) = fmpy(&args, what, dir) else { return };
+        let Some(found) = scientific_python(&args, what, dir) else { return };
         let error = largest_error(&found, &engine, what);
         assert!(error <= allowed, "fmpy ({kind}), {what}: error {error}");
     }
 }
 
-/// What the script for fmpy prints; `None`, with a message, where fmpy is missing.
-fn fmpy(args: &[String], what: &str, dir: &Path) -> Option<String> {
-    let python = std::env::var_os("AUGSIM_FMPY_PYTHON").unwrap_or_else(|| "python3".into());
+/// Checks the exported Python module on arrays and in a solver of scipy.
+pub fn python_takes_arrays(what: &str, dir: &Path) {
+    std::fs::write(dir.join("numpy_check.py"), NUMPY_CHECK).expect("written");
+    scientific_python(&["numpy_check.py".to_owned()], what, dir);
+}
+
+/// What a script prints that needs packages of Python; `None`, with a message, where they are missing.
+///
+/// `AUGSIM_TEST_PYTHON` names a Python that has numpy, scipy and fmpy.
+fn scientific_python(args: &[String], what: &str, dir: &Path) -> Option<String> {
+    let python = std::env::var_os("AUGSIM_TEST_PYTHON").unwrap_or_else(|| "python3".into());
     let out = Command::new(&python).args(args).current_dir(dir).output();
     let reason = match out {
         Ok(out) if out.status.success() => return Some(String::from_utf8(out.stdout).expect("text")),
         Ok(out) if out.status.code() == Some(77) => String::from_utf8_lossy(&out.stderr).into_owned(),
-        Ok(out) => panic!("fmpy, {what}: {}", String::from_utf8_lossy(&out.stderr)),
+        Ok(out) => panic!("{args:?}, {what}: {}", String::from_utf8_lossy(&out.stderr)),
         Err(e) => e.to_string(),
     };
     // Nothing can be done when standard error is closed.
     let _ = writeln!(
         std::io::stderr(),
-        "NOT TESTED: FMUs in fmpy ({}); install fmpy, and name its Python in AUGSIM_FMPY_PYTHON",
+        "NOT TESTED: {} ({}); set AUGSIM_TEST_PYTHON to a Python with numpy, scipy and fmpy",
+        args[0],
         reason.trim()
     );
     None
