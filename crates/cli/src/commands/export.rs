@@ -1,4 +1,4 @@
-//! `augsim export`: writes the equations of a model as LaTeX, Python or C, or the description of its robot.
+//! `augsim export`: writes a model as LaTeX, Python, C or an FMU, or the description of its robot.
 
 use augsim_data::atomic_write;
 use augsim_session::export::{Exported, Language, export, export_files};
@@ -12,16 +12,16 @@ use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Languages that a model can be exported to.
+/// Languages and formats that a model can be exported to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum LanguageArg {
     /// A LaTeX document.
     Latex,
-    /// A Python 3 program.
+    /// A Python 3 module, which is also a program.
     Python,
-    /// A step function in C99 with a header.
+    /// A step function in C99 with a header, or a program for a ball or pushes.
     C,
-    /// A Functional Mock-up Unit of FMI 2.0.
+    /// A Functional Mock-up Unit (FMI 2.0) for model exchange and co-simulation.
     Fmu,
     /// The URDF description of the robot, with the identified values.
     Urdf,
@@ -67,7 +67,7 @@ pub fn run(args: &Export, output: &Output) -> anyhow::Result<Outcome> {
         return Ok(Outcome::Done);
     };
     check_output(out, &file, &subject)?;
-    let Exported { files, note } = export_files(&subject, language, out)?;
+    let Exported { files, notes } = export_files(&subject, language, out)?;
     for (path, _) in &files {
         check_output(path, &file, &subject)?;
     }
@@ -76,7 +76,7 @@ pub fn run(args: &Export, output: &Output) -> anyhow::Result<Outcome> {
         atomic_write(path, |w| w.write_all(bytes))?;
     }
     output.note(format!("model: {}", out.display()));
-    note.into_iter().for_each(|note| output.note(note));
+    notes.into_iter().for_each(|note| output.note(note));
     Ok(Outcome::Done)
 }
 

@@ -45,8 +45,8 @@ pub enum Language {
 pub struct Exported {
     /// Path and content of each file: the one that was asked for, then those beside it.
     pub files: Vec<(PathBuf, Vec<u8>)>,
-    /// Sentence for the user, if something is missing in the export; `None` otherwise.
-    pub note: Option<String>,
+    /// Sentences for the user on what the export leaves out.
+    pub notes: Vec<String>,
 }
 
 /// Exports a model, with its parameter values, as the file `out` and files beside it; nothing is written.
@@ -58,24 +58,40 @@ pub struct Exported {
 /// Those of [`export`].
 pub fn export_files(subject: &Subject, language: Language, out: &Path) -> anyhow::Result<Exported> {
     let name = words::c_identifier(&out.file_stem().unwrap_or_default().to_string_lossy());
-    let (files, note) = match (subject, language) {
+    let mut notes = Vec::new();
+    let files = match (subject, language) {
         (Subject::Equations(model), Language::C) => {
             let CFiles { header, source } = program::c_files(model, &name)?;
             let beside = out.with_file_name(format!("{name}.h"));
-            (vec![(out.to_owned(), source.into_bytes()), (beside, header.into_bytes())], None)
+            notes.extend(negative_delays(model));
+            vec![(out.to_owned(), source.into_bytes()), (beside, header.into_bytes())]
         }
         (Subject::Equations(model), Language::Fmu) => {
             let Fmu { archive, without_library } = fmu::fmu(model, &name)?;
-            let note = without_library.map(|reason| {
+            notes.extend(negative_delays(model));
+            notes.extend(without_library.map(|reason| {
                 format!(
                     "the FMU has sources only, because {reason}; set CC to a C compiler, or use an importer that compiles sources"
                 )
-            });
-            (vec![(out.to_owned(), archive)], note)
+            }));
+            vec![(out.to_owned(), archive)]
         }
-        _ => (vec![(out.to_owned(), export(subject, language)?.into_bytes())], None),
+        _ => vec![(out.to_owned(), export(subject, language)?.into_bytes())],
     };
-    Ok(Exported { files, note })
+    Ok(Exported { files, notes })
+}
+
+/// Note on inputs that act before they are recorded, which a step function cannot know yet; `None` if there are none.
+fn negative_delays(model: &augsim_equations::Model) -> Option<String> {
+    let is_negative = |delay: usize| model.parameters[delay].nominal < 0.0;
+    let names: Vec<&str> =
+        model.inputs.iter().filter(|i| i.delay.is_some_and(is_negative)).map(|i| i.name.as_str()).collect();
+    (!names.is_empty()).then(|| {
+        format!(
+            "{} has a negative delay, that is, it acts before it is recorded; step functions and FMUs take the delay as 0",
+            names.join(", ")
+        )
+    })
 }
 
 /// Exports a model, with its parameter values, as one text.

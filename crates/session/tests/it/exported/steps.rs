@@ -18,6 +18,7 @@ const SUBSTEPS: usize = 32;
 
 const STEP_DRIVER: &str = include_str!("step_driver.c");
 const FMU_DRIVER: &str = include_str!("fmu_driver.c");
+const EVENTS_CHECK: &str = include_str!("events_check.py");
 const NUMPY_CHECK: &str = include_str!("numpy_check.py");
 const FMPY_CHECK: &str = include_str!("fmpy_check.py");
 
@@ -129,7 +130,7 @@ fn unit(fixed: &Model, plan: &Plan, x: &[String], engine: &[f64], what: &str, di
     write(&exported);
     let description = unpack(&dir.join("law.fmu"), dir);
     let (guid, indicators) = check_description(&description, fixed);
-    if exported.note.is_some() || !cfg!(target_os = "linux") {
+    if !exported.notes.is_empty() || !cfg!(target_os = "linux") {
         return;
     }
     std::fs::write(dir.join("plan.txt"), cubics(fixed, plan)).expect("written");
@@ -278,4 +279,24 @@ fn scientific_python(args: &[String], what: &str, dir: &Path) -> Option<String> 
         reason.trim()
     );
     None
+}
+
+#[test]
+fn a_solver_of_scipy_goes_on_after_events() {
+    let dir = super::folder("events");
+    let text = augsim_equations::example("mass-spring-stop").expect("the example");
+    let subject = Subject::parse(text, "model.toml").expect("a model");
+    let times: Vec<f64> = (0..=100).map(|k| 0.01 * f64::from(k)).collect();
+    let start = [("x_m", 0.0), ("v_m_s", 0.5)].map(|(name, value)| (name.to_owned(), vec![value]));
+    // The force keeps the mass away from a rest at the stop, which is at 5 cm.
+    let inputs = vec![("force_N".to_owned(), vec![1.0; times.len()])];
+    let plan = Plan { start: start.to_vec(), times, inputs, ..Plan::default() };
+    let engine = simulate(&subject, &plan).expect("a simulation").values;
+    assert!(engine.windows(3).any(|x| x[1] > 0.045 && x[2] < x[1]), "the mass reaches the stop");
+    write(&export_files(&subject, Language::Python, &dir.join("law.py")).expect("a module"));
+    std::fs::write(dir.join("events_check.py"), EVENTS_CHECK).expect("written");
+    let args = ["events_check.py", "1.0", "0.0", "0.5"].map(str::to_owned);
+    let Some(found) = scientific_python(&args, "mass-spring-stop", &dir) else { return };
+    let error = largest_error(&found, &engine, "mass-spring-stop");
+    assert!(error <= 1e-6, "error {error}");
 }
