@@ -33,7 +33,7 @@ impl fmt::Display for ModelFault {
         f.write_str(match self {
             ModelFault::NetExported => "is a trained net, which cannot be exported as formulas",
             ModelFault::NoRobotExported => {
-                "has no [robot] section, so there is no robot to export as URDF or MJCF; use --as latex, python or c, or make a \
+                "has no [robot] section, so there is no robot to export as URDF or MJCF; use --as latex, python, c or fmu, or make a \
                  model of a robot with `augsim model from-robot`"
             }
             ModelFault::FmuWithoutFile => "an FMU is an archive, which is not printed; name its file with --out, as in --out MODEL.fmu",
