@@ -11,7 +11,7 @@ use augsim_session::export::{Exported, Language, export_files};
 use augsim_session::simulate::{Plan, simulate};
 use std::io::{Read, Write};
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Output};
 
 /// Integration steps in each sample interval, enough for the fastest of the tested models to be stable.
 const SUBSTEPS: usize = 32;
@@ -279,6 +279,47 @@ fn scientific_python(args: &[String], what: &str, dir: &Path) -> Option<String> 
         reason.trim()
     );
     None
+}
+
+/// Compiles the step function of a model with an option, and runs it over a plan of inputs.
+fn run_steps(text: &str, plan: &Plan, option: &str, dir: &Path) -> Option<Output> {
+    let model = model::parse(text, "model.toml").expect("a model");
+    let subject = Subject::Equations(Box::new(model.clone()));
+    write(&export_files(&subject, Language::C, &dir.join("law.c")).expect("a step function"));
+    std::fs::write(dir.join("plan.txt"), cubics(&model, plan)).expect("written");
+    std::fs::write(dir.join("step_driver.c"), STEP_DRIVER).expect("written");
+    let build = [STRICT, &[option, "-O1", "step_driver.c", "law.c", "-o", "steps", "-lm"]].concat();
+    printed("cc", &build, dir)?;
+    let out = Command::new("./steps").args(["plan.txt", "0.5", "0.1"]).current_dir(dir).output();
+    Some(out.expect("the program runs"))
+}
+
+#[test]
+fn a_delay_that_is_longer_than_the_history_is_an_error() {
+    let dir = super::folder("history");
+    let text = super::FLOW.replace("hold = \"zero\"", "hold = \"zero\", delay_s = 0.5");
+    let times: Vec<f64> = (0..100).map(|k| 0.01 * f64::from(k)).collect();
+    let inputs = vec![("heater_W".to_owned(), times.clone())];
+    let plan = Plan { times, inputs, ..Plan::default() };
+    let Some(enough) = run_steps(&text, &plan, "-DLAW_HISTORY=60", &dir) else { return };
+    assert!(enough.status.success(), "{}", String::from_utf8_lossy(&enough.stderr));
+    let Some(short) = run_steps(&text, &plan, "-DLAW_HISTORY=40", &dir) else { return };
+    let message = String::from_utf8_lossy(&short.stderr).into_owned();
+    assert!(!short.status.success() && message.contains("a delay is longer"), "{message}");
+}
+
+#[test]
+fn a_step_function_runs_without_end_although_one_simulation_has_at_most_1000_events() {
+    let dir = super::folder("long");
+    let text = "scenario = \"system\"\nname = \"swing\"\n[states]\nx_m = { start = \"y_m\" }\nv_m_s = { start = \"0\" }\n\
+        [parameters]\nrate = { nominal = 39.0, min = 0.0, unit = \"1/s^2\" }\n[rates]\nx_m = \"v_m_s\"\n\
+        v_m_s = \"-rate * x_m\"\n[outputs]\ny_m = { value = \"x_m\", sd = 0.001 }\n[[events]]\nname = \"middle\"\n\
+        when = \"x_m\"\ndirection = \"both\"\nset = { v_m_s = \"v_m_s\" }\n[numerics]\nsubsteps = 20\n";
+    let times: Vec<f64> = (0..3000).map(|k| 0.25 * f64::from(k)).collect();
+    let plan = Plan { times, ..Plan::default() };
+    let Some(out) = run_steps(text, &plan, "-O1", &dir) else { return };
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    assert_eq!(String::from_utf8_lossy(&out.stdout).lines().count(), 3000);
 }
 
 #[test]
