@@ -295,6 +295,7 @@ fn names_in_c_begin_with_the_name_of_the_file_and_no_input_is_replaced() {
     let read = |name: &str| std::fs::read_to_string(d.join(name)).expect("a file");
     assert!(read("servo.h").contains("int servo_step(servo_state *state"));
     assert!(read("servo.c").contains("#include \"servo.h\"") && !read("servo.c").contains("law_"));
+    assert!(read("servo.c").contains("-D SERVO_MAIN") && read("servo.h").contains("rad/(V s^2)"));
     // Printed, the code has its header in it.
     let whole = succeed(&["export", "servo.toml", "--as", "c"], d);
     assert!(whole.contains("int law_step(law_state *state") && !whole.contains("#include \""));

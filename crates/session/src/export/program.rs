@@ -148,7 +148,7 @@ impl<'a> Program<'a> {
         let (l, is_c) = (&self.listing, self.is_c());
         let parameters = || self.names.parameters.iter().zip(&self.model.parameters);
         let fields = parameters().map(|(field, p)| {
-            let unit = p.unit.map_or_else(String::new, |unit| format!(" {}", comment(&unit.symbol())));
+            let unit = p.unit.map_or_else(String::new, |unit| format!(" {}", unit.symbol()));
             format!("    double {field}; /* {}{unit} */\n", comment(&p.name))
         });
         let set = parameters().map(|(field, p)| match is_c {
