@@ -27,7 +27,7 @@ examples! {
         "predict out/run --data new.csv --seen 1.1s --seen-columns height_m --sensor-sd 0.002";
     REPORT: "report out/discover", "report out/discover --figure worst --out worst.svg";
     EXPORT: "export out/discover --as python --out law.py", "export model.toml --as c --out law.c",
-        "export model.toml --as latex";
+        "export model.toml --as fmu --out law.fmu", "export model.toml --as latex";
     EVALUATE: "evaluate out/run --data new.csv", "evaluate out/discover --data recordings.csv",
         "evaluate out/first out/second --data a.csv b.csv",
         "evaluate out/run --data new.csv --require-pos-m 0.1",

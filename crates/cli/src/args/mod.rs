@@ -101,8 +101,8 @@ pub enum Command {
     /// Write one figure of a discovery report as an SVG file.
     #[command(after_help = examples::REPORT)]
     Report(ReportArgs),
-    /// Export the equations of a model with its parameter values as LaTeX, or as a program that runs
-    /// without augsim: it replays a recording as `augsim simulate` does.
+    /// Export a model with its parameter values: LaTeX, a Python module, a step function in C, an FMU, or
+    /// the description of its robot; none of them needs augsim.
     #[command(after_help = examples::EXPORT)]
     Export(Export),
     /// Score a model file, a discovery or a trained network on unseen data, next to the simpler models

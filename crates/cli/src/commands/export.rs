@@ -1,7 +1,7 @@
-//! `augsim export`: writes the equations of a model as LaTeX, Python or C, or the description of its robot.
+//! `augsim export`: writes a model as LaTeX, Python, C or an FMU, or the description of its robot.
 
 use augsim_data::atomic_write;
-use augsim_session::export::{Language, export};
+use augsim_session::export::{Exported, Language, export, export_files};
 use augsim_session::robot::DescriptionCopy;
 use augsim_session::usage::ModelFault;
 use augsim_session::{ModelOrRun, Subject, folders};
@@ -12,15 +12,17 @@ use serde::Serialize;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Languages that a model can be exported to.
+/// Languages and formats that a model can be exported to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum LanguageArg {
     /// A LaTeX document.
     Latex,
-    /// A Python 3 program.
+    /// A Python 3 module, which is also a program.
     Python,
-    /// A C99 program.
+    /// A step function in C99 with a header, or a program for a ball or pushes.
     C,
+    /// A Functional Mock-up Unit (FMI 2.0) for model exchange and co-simulation.
+    Fmu,
     /// The URDF description of the robot, with the identified values.
     Urdf,
     /// The MJCF description of the robot, with the identified values.
@@ -35,7 +37,7 @@ pub struct Export {
     /// Language of the export; `urdf` and `mjcf` are for models with `[robot]`.
     #[arg(long = "as", value_enum)]
     pub language: LanguageArg,
-    /// File to write (default: print to standard output).
+    /// File to write (default: print to standard output). The header of C code is written beside it.
     #[arg(long)]
     pub out: Option<PathBuf>,
 }
@@ -54,23 +56,33 @@ pub fn run(args: &Export, output: &Output) -> anyhow::Result<Outcome> {
         LanguageArg::Latex => Language::Latex,
         LanguageArg::Python => Language::Python,
         LanguageArg::C => Language::C,
+        LanguageArg::Fmu => Language::Fmu,
         LanguageArg::Urdf => Language::Urdf,
         LanguageArg::Mjcf => Language::Mjcf,
     };
     let subject = Subject::read(&file)?;
-    if let Some(out) = &args.out {
-        let description = DescriptionCopy::new(&subject, folders::parent_of(&file));
-        let inputs = [&file].into_iter().chain(description.as_ref().map(|copy| &copy.source));
-        check_file(out, &inputs.map(PathBuf::as_path).collect::<Vec<&Path>>())?;
-    }
-    let text = export(&subject, language)?;
     let Some(out) = &args.out else {
-        let written = Written { text };
+        let written = Written { text: export(&subject, language)? };
         output.result(&written, || written.text.clone())?;
         return Ok(Outcome::Done);
     };
+    check_output(out, &file, &subject)?;
+    let Exported { files, notes } = export_files(&subject, language, out)?;
+    for (path, _) in &files {
+        check_output(path, &file, &subject)?;
+    }
     folders::make(folders::parent_of(out))?;
-    atomic_write(out, |w| w.write_all(text.as_bytes()))?;
+    for (path, bytes) in &files {
+        atomic_write(path, |w| w.write_all(bytes))?;
+    }
     output.note(format!("model: {}", out.display()));
+    notes.into_iter().for_each(|note| output.note(note));
     Ok(Outcome::Done)
+}
+
+/// Checks that an export can be written and replaces neither the model file nor its robot's description.
+fn check_output(out: &Path, file: &Path, subject: &Subject) -> anyhow::Result<()> {
+    let description = DescriptionCopy::new(subject, folders::parent_of(file));
+    let inputs = [file].into_iter().chain(description.as_ref().map(|copy| copy.source.as_path()));
+    check_file(out, &inputs.collect::<Vec<&Path>>())
 }

@@ -2,11 +2,12 @@
 //! of the engine: balls, pushes, and equations with tables, smoothed jumps, events, rest conditions and
 //! state bounds. Models that cannot be exported give an error with an alternative.
 
-use crate::command::{fail, succeed, succeed_json};
+use crate::command::{fail, run, succeed, succeed_json};
 use crate::programs::printed;
 use augsim_session::Subject;
 use augsim_session::simulate::{Plan, simulate};
 use std::path::Path;
+use std::process::Command;
 
 const MODEL: &str = "scenario = \"ball\"\n[parameters]\ngravity_m_s2 = { nominal = 9.81, frozen = true }\n\
     restitution = { nominal = 0.7, min = 0.0, max = 1.0 }\n[sensor]\nposition_sd_m = 0.002\n";
@@ -23,7 +24,8 @@ fn exported(model: &str, numbers: &[f64], dir: &Path) -> Vec<Vec<f64>> {
     succeed(&["export", model, "--as", "python", "--out", "law.py"], dir);
     succeed(&["export", model, "--as", "c", "--out", "law.c"], dir);
     let python = answers("python3", &[&["law.py".to_owned()], &args[..]].concat(), dir);
-    let built = ["-std=c99", "-Wall", "-Werror", "-O1", "law.c", "-o", "law", "-lm"].map(str::to_owned);
+    let built =
+        ["-std=c99", "-Wall", "-Werror", "-O1", "-DLAW_MAIN", "law.c", "-o", "law", "-lm"].map(str::to_owned);
     let c = answers("cc", &built, dir).and_then(|_| answers("./law", &args, dir));
     python.into_iter().chain(c).collect()
 }
@@ -260,4 +262,43 @@ fn exported_push_follows_the_engine() {
     std::fs::write(d.join("model.toml"), format!("{plain}[[effect]]\nkind = \"exact-surface\"\n"))
         .expect("written");
     fail(2, &["export", "model.toml", "--as", "python"], d, &["exact-surface", "--as latex"]);
+}
+
+#[test]
+fn units_without_a_compiler_have_sources_only_and_say_so() {
+    let dir = tempfile::tempdir().expect("a temporary directory");
+    let d = dir.path();
+    succeed(&["model", "new", "servo", "--out", "servo.toml"], d);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_augsim"));
+    command.args(["export", "servo.toml", "--as", "fmu", "--out", "arm 2.fmu"]).current_dir(d);
+    let out = run(command.env("CC", "no-such-compiler"));
+    let text = String::from_utf8_lossy(&out.stderr);
+    assert!(out.status.success(), "{text}");
+    for part in ["sources only", "no-such-compiler", "set CC"] {
+        assert!(text.contains(part), "`{part}` is not in: {text}");
+    }
+    let file = std::fs::File::open(d.join("arm 2.fmu")).expect("a unit");
+    let archive = zip::ZipArchive::new(file).expect("an archive");
+    assert!(archive.index_for_name("sources/arm_2.c").is_some());
+    assert!(archive.index_for_name("binaries/linux64/arm_2.so").is_none());
+    fail(2, &["export", "servo.toml", "--as", "fmu"], d, &["--out MODEL.fmu"]);
+    std::fs::write(d.join("ball.toml"), MODEL).expect("written");
+    fail(2, &["export", "ball.toml", "--as", "fmu", "--out", "ball.fmu"], d, &["FMU", "--as c"]);
+}
+
+#[test]
+fn names_in_c_begin_with_the_name_of_the_file_and_no_input_is_replaced() {
+    let dir = tempfile::tempdir().expect("a temporary directory");
+    let d = dir.path();
+    succeed(&["model", "new", "servo", "--out", "servo.toml"], d);
+    succeed(&["export", "servo.toml", "--as", "c", "--out", "servo.c"], d);
+    let read = |name: &str| std::fs::read_to_string(d.join(name)).expect("a file");
+    assert!(read("servo.h").contains("int servo_step(servo_state *state"));
+    assert!(read("servo.c").contains("#include \"servo.h\"") && !read("servo.c").contains("law_"));
+    assert!(read("servo.c").contains("-D SERVO_MAIN") && read("servo.h").contains("rad/(V s^2)"));
+    // Printed, the code has its header in it.
+    let whole = succeed(&["export", "servo.toml", "--as", "c"], d);
+    assert!(whole.contains("int law_step(law_state *state") && !whole.contains("#include \""));
+    std::fs::copy(d.join("servo.toml"), d.join("model.h")).expect("a copy");
+    fail(2, &["export", "model.h", "--as", "c", "--out", "model.c"], d, &["model.h"]);
 }

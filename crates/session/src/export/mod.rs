@@ -1,14 +1,16 @@
-//! Export of a model with its parameter values: LaTeX formulas, Python and C programs.
+//! Export of a model with its parameter values: LaTeX formulas, Python and C programs, and FMUs.
 //!
-//! The programs run without augsim. A model of a robot is also exported as the robot's description, URDF or MJCF.
+//! The programs and FMUs run without augsim. A model of a robot is also exported as the robot's description, URDF or MJCF.
 
 mod ball;
 mod equations;
+mod fmu;
 mod groups;
 mod program;
 mod push;
 mod robot;
 mod routine;
+mod templates;
 mod words;
 
 use crate::usage::ModelFault;
@@ -17,6 +19,9 @@ use augsim_data::Unit;
 use augsim_physics::model::{EffectBlock, ModelFile};
 use augsim_robot::description::Format;
 use augsim_system::Parameter;
+use fmu::Fmu;
+use program::CFiles;
+use std::path::{Path, PathBuf};
 
 /// The language or format to which a model is exported.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,13 +32,69 @@ pub enum Language {
     Python,
     /// The model is exported as a C99 program that needs only the C library.
     C,
+    /// The model is exported as a Functional Mock-up Unit of FMI 2.0, for model exchange and co-simulation.
+    Fmu,
     /// The description file of the model's robot is exported as URDF, with the values of the model.
     Urdf,
     /// The description file of the model's robot is exported as MJCF, with the values of the model.
     Mjcf,
 }
 
-/// Exports a model, with its parameter values, to a language.
+/// Files of an export.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Exported {
+    /// Path and content of each file: the one that was asked for, then those beside it.
+    pub files: Vec<(PathBuf, Vec<u8>)>,
+    /// Sentences for the user on what the export leaves out.
+    pub notes: Vec<String>,
+}
+
+/// Exports a model, with its parameter values, as the file `out` and files beside it; nothing is written.
+///
+/// An equation model in C has a header beside its source file, and all names in both begin with the name of the file.
+/// An FMU is compiled where a C compiler can be run; otherwise it has sources only, and the note says so.
+///
+/// # Errors
+/// Those of [`export`].
+pub fn export_files(subject: &Subject, language: Language, out: &Path) -> anyhow::Result<Exported> {
+    let name = words::c_identifier(&out.file_stem().unwrap_or_default().to_string_lossy());
+    let mut notes = Vec::new();
+    let files = match (subject, language) {
+        (Subject::Equations(model), Language::C) => {
+            let CFiles { header, source } = program::c_files(model, &name)?;
+            let beside = out.with_file_name(format!("{name}.h"));
+            notes.extend(negative_delays(model));
+            vec![(out.to_owned(), source.into_bytes()), (beside, header.into_bytes())]
+        }
+        (Subject::Equations(model), Language::Fmu) => {
+            let Fmu { archive, without_library } = fmu::fmu(model, &name)?;
+            notes.extend(negative_delays(model));
+            notes.extend(without_library.map(|reason| {
+                format!(
+                    "the FMU has sources only, because {reason}; set CC to a C compiler, or use an importer that compiles sources"
+                )
+            }));
+            vec![(out.to_owned(), archive)]
+        }
+        _ => vec![(out.to_owned(), export(subject, language)?.into_bytes())],
+    };
+    Ok(Exported { files, notes })
+}
+
+/// Note on inputs that act before they are recorded, which a step function cannot know yet; `None` if there are none.
+fn negative_delays(model: &augsim_equations::Model) -> Option<String> {
+    let is_negative = |delay: usize| model.parameters[delay].nominal < 0.0;
+    let names: Vec<&str> =
+        model.inputs.iter().filter(|i| i.delay.is_some_and(is_negative)).map(|i| i.name.as_str()).collect();
+    (!names.is_empty()).then(|| {
+        format!(
+            "{} has a negative delay, that is, it acts before it is recorded; step functions and FMUs take the delay as 0",
+            names.join(", ")
+        )
+    })
+}
+
+/// Exports a model, with its parameter values, as one text.
 ///
 /// # Errors
 /// [`Usage`] names the part of the model that cannot be exported, and an alternative; a model of
@@ -43,15 +104,18 @@ pub fn export(subject: &Subject, language: Language) -> anyhow::Result<String> {
         Language::Urdf => Some(Format::Urdf),
         Language::Mjcf => Some(Format::Mjcf),
         Language::Latex | Language::Python | Language::C => None,
+        Language::Fmu => {
+            let fault = match subject {
+                Subject::Equations(_) => ModelFault::FmuWithoutFile,
+                Subject::BuiltIn(_) => ModelFault::BuiltInFmu,
+            };
+            return Err(Usage::model(file_of(subject), fault).into());
+        }
     };
     Ok(match (subject, format) {
         (Subject::Equations(model), Some(format)) => robot::description(model, format)?,
-        (Subject::BuiltIn(model), Some(_)) => {
-            let file = match &**model {
-                ModelFile::Ball(model) => &model.file,
-                ModelFile::Push(model) => &model.file,
-            };
-            return Err(Usage::model(file, ModelFault::NoRobotExported).into());
+        (Subject::BuiltIn(_), Some(_)) => {
+            return Err(Usage::model(file_of(subject), ModelFault::NoRobotExported).into());
         }
         (Subject::Equations(model), None) if language == Language::Latex => equations::document(model),
         (Subject::Equations(model), None) => program::program(model, language)?,
@@ -60,6 +124,17 @@ pub fn export(subject: &Subject, language: Language) -> anyhow::Result<String> {
             ModelFile::Push(model) => push::export(model, language)?,
         },
     })
+}
+
+/// File that a model was read from.
+fn file_of(subject: &Subject) -> &str {
+    match subject {
+        Subject::Equations(model) => &model.file,
+        Subject::BuiltIn(model) => match &**model {
+            ModelFile::Ball(model) => &model.file,
+            ModelFile::Push(model) => &model.file,
+        },
+    }
 }
 
 /// Writes a number with all its digits, valid in Python and C.

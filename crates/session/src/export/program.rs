@@ -2,71 +2,12 @@
 
 use super::equations::{Use, Writer};
 use super::routine::{Names, Statements, Syntax};
-use super::words::{comment, fill, literal};
+use super::templates;
+use super::words::{comment, fill, literal, with_prefix};
 use super::{Language, number};
 use augsim_equations::listing::{Derivatives, Listing, Routine, Variable};
 use augsim_equations::model::{Direction, Event, Hold, Integrator};
 use augsim_equations::{Model, ModelError};
-
-const PYTHON: &str = include_str!("system.py.txt");
-const PYTHON_EVENTS: &str = include_str!("events.py.txt");
-const PYTHON_MAIN: &str = include_str!("replay.py.txt");
-const C: &str = include_str!("system.c.txt");
-const C_EVENTS: &str = include_str!("events.c.txt");
-const C_MAIN: &str = include_str!("replay.c.txt");
-
-const PYTHON_TABLES: &str = "
-
-def table_piece(x, knots):
-    \"\"\"Index of the knot before x; None outside the knots.\"\"\"
-    after = bisect.bisect_right(knots, x)
-    return after - 1 if 0 < after < len(knots) else None
-
-
-def table(x, knots, values):
-    i = table_piece(x, knots)
-    if i is None:
-        return x if x != x else values[0] if x < knots[0] else values[-1]
-    return values[i] + (values[i + 1] - values[i]) * (x - knots[i]) / (knots[i + 1] - knots[i])
-
-
-def table_slope(x, knots, values):
-    i = table_piece(x, knots)
-    return 0.0 if i is None else (values[i + 1] - values[i]) / (knots[i + 1] - knots[i])
-
-
-";
-
-const C_TABLES: &str = "
-static int law_table_piece(double x, int n, const double *knots) {
-    int i = 0;
-    while (i < n && knots[i] <= x) i++;
-    return i > 0 && i < n ? i - 1 : -1;
-}
-static inline double law_table(double x, int n, const double *knots, const double *values) {
-    int i = law_table_piece(x, n, knots);
-    if (i < 0) return x != x ? x : x < knots[0] ? values[0] : values[n - 1];
-    return values[i] + (values[i + 1] - values[i]) * (x - knots[i]) / (knots[i + 1] - knots[i]);
-}
-static inline double law_table_slope(double x, int n, const double *knots, const double *values) {
-    int i = law_table_piece(x, n, knots);
-    return i < 0 ? 0.0 : (values[i + 1] - values[i]) / (knots[i + 1] - knots[i]);
-}
-";
-
-const C_PLAIN_STEP: &str = "
-static int law_step_once(law_state *state, const law_signal *signal, double t, double h, const law_parameters *p) {
-    double first[LAW_STATES + 1];
-    return law_move(p, signal, state->fixed, t, h, state->x, first);
-}
-";
-
-const PYTHON_PLAIN_STEP: &str = "    def begin_events(self, signal):
-        pass
-
-    def step(self, signal, t, h):
-        self.x = self.move(signal, t, h, self.x)[0]
-";
 
 /// An equation model with all that is needed to write it as a program.
 struct Program<'a> {
@@ -81,19 +22,42 @@ struct Program<'a> {
 /// # Errors
 /// [`ModelError`]: the model cannot be compiled.
 pub(super) fn program(model: &Model, language: Language) -> Result<String, ModelError> {
-    let listing = Listing::new(model)?;
-    let program = Program { model, language, names: Names::new(model), listing };
-    Ok(program.text())
+    let program = Program::new(model, language)?;
+    let (header, values) = program.header_and_values();
+    Ok(program.text(header, values))
 }
 
-impl Program<'_> {
-    fn is_c(&self) -> bool {
-        self.language == Language::C
+/// An equation model as C code: a header and a source file that includes it.
+pub(super) struct CFiles {
+    pub header: String,
+    pub source: String,
+}
+
+/// Exports an equation model as a source file in C and the header `NAME.h`, which it includes.
+///
+/// All names begin with `name`, which is an identifier, so that several models can be in one program.
+///
+/// # Errors
+/// [`ModelError`]: the model cannot be compiled.
+pub(super) fn c_files(model: &Model, name: &str) -> Result<CFiles, ModelError> {
+    let program = Program::new(model, Language::C)?;
+    let (header, values) = program.header_and_values();
+    let source = program.text(format!("#include \"{name}.h\"\n"), values);
+    Ok(CFiles { header: with_prefix(&header, name), source: with_prefix(&source, name) })
+}
+
+/// Whether a model has events or bounds of states, at which its states may jump.
+pub(super) fn has_events(model: &Model) -> bool {
+    !model.events.is_empty() || model.states.iter().any(|s| s.min.is_some() || s.max.is_some())
+}
+
+impl<'a> Program<'a> {
+    fn new(model: &'a Model, language: Language) -> Result<Self, ModelError> {
+        Ok(Program { model, language, names: Names::new(model), listing: Listing::new(model)? })
     }
 
-    fn has_events(&self) -> bool {
-        let has_bound = |s: &augsim_equations::model::State| s.min.is_some() || s.max.is_some();
-        !self.model.events.is_empty() || self.model.states.iter().any(has_bound)
+    fn is_c(&self) -> bool {
+        self.language == Language::C
     }
 
     /// Joins the elements of a list; in C each has a comma after it, as the template ends the array.
@@ -118,22 +82,32 @@ impl Program<'_> {
         self.list(names.map(|name| literal(name, self.language)))
     }
 
-    fn text(&self) -> String {
+    /// Values for the marks of the templates, and the header of a C program.
+    fn header_and_values(&self) -> (String, Vec<(&'static str, String)>) {
         let mut values = self.descriptions();
         values.extend(self.parameters());
         values.extend(self.settings());
         values.extend(self.equations());
-        let has_events = self.has_events();
+        (fill(templates::C_HEADER, &values), values)
+    }
+
+    /// The whole program; one in C begins with its `header`.
+    fn text(&self, header: String, mut values: Vec<(&'static str, String)>) -> String {
+        let has_events = has_events(self.model);
         let events = match (self.is_c(), has_events) {
-            (true, true) => fill(C_EVENTS, &self.events()),
-            (true, false) => C_PLAIN_STEP.to_owned(),
-            (false, true) => fill(PYTHON_EVENTS, &self.events()),
-            (false, false) => PYTHON_PLAIN_STEP.to_owned(),
+            (true, true) => fill(templates::C_EVENTS, &self.events()),
+            (true, false) => templates::C_PLAIN_STEP.to_owned(),
+            (false, true) => fill(templates::PYTHON_EVENTS, &self.events()),
+            (false, false) => templates::PYTHON_PLAIN_STEP.to_owned(),
         };
         values.push(("EVENT_CODE", events));
         let begin = if has_events { "    law_begin_events(state, signal, p);\n" } else { "" };
         values.push(("BEGIN_EVENTS", begin.to_owned()));
-        let (form, main) = if self.is_c() { (C, C_MAIN) } else { (PYTHON, PYTHON_MAIN) };
+        let (form, main) = match self.is_c() {
+            true => (templates::C, templates::C_MAIN),
+            false => (templates::PYTHON, templates::PYTHON_MAIN),
+        };
+        values.push(("HEADER", header));
         values.push(("MAIN", fill(main, &values)));
         fill(form, &values)
     }
@@ -152,6 +126,7 @@ impl Program<'_> {
         let widths = self.listing.discontinuities.iter().map(|d| comment(&d.argument)).collect();
         vec![
             ("TITLE", comment(&m.name)),
+            ("CROSSINGS_TEXT", if m.events.is_empty() { "" } else { templates::PYTHON_CROSSINGS }.to_owned()),
             (
                 "USAGE",
                 format!(
@@ -173,7 +148,7 @@ impl Program<'_> {
         let (l, is_c) = (&self.listing, self.is_c());
         let parameters = || self.names.parameters.iter().zip(&self.model.parameters);
         let fields = parameters().map(|(field, p)| {
-            let unit = p.unit.map_or_else(String::new, |unit| format!(" {}", comment(&unit.symbol())));
+            let unit = p.unit.map_or_else(String::new, |unit| format!(" {}", unit.symbol()));
             format!("    double {field}; /* {}{unit} */\n", comment(&p.name))
         });
         let set = parameters().map(|(field, p)| match is_c {
@@ -211,6 +186,8 @@ impl Program<'_> {
             let (low, high) = (self.bound(low), self.bound(high));
             if self.is_c() { format!("{{{low}, {high}}}") } else { format!("({low}, {high})") }
         };
+        let has_delays = m.inputs.iter().any(|input| input.delay.is_some());
+        let history = |with: &str, without: &str| (if has_delays { with } else { without }).to_owned();
         vec![
             ("N", m.states.len().to_string()),
             ("U", m.inputs.len().to_string()),
@@ -228,6 +205,9 @@ impl Program<'_> {
             ("NOISE", self.list(m.outputs.iter().map(|o| number(o.sd.unwrap_or(0.0))))),
             ("RANGES", self.list(m.outputs.iter().map(range))),
             ("DELAYS", self.delays()),
+            ("DELAY_CODE", history(templates::C_DELAYED, templates::C_UNDELAYED)),
+            ("HISTORY_LENGTH", history(templates::C_HISTORY_LENGTH, "")),
+            ("HISTORY_FIELDS", history(templates::C_HISTORY_FIELDS, "")),
             ("GUESSES", self.guesses()),
             ("TABLES", self.tables()),
         ]
@@ -291,8 +271,8 @@ impl Program<'_> {
         }
         match (text.is_empty(), self.is_c()) {
             (true, _) => String::new(),
-            (false, true) => C_TABLES.to_owned() + &text,
-            (false, false) => format!("{PYTHON_TABLES}{text}"),
+            (false, true) => templates::C_TABLES.to_owned() + &text,
+            (false, false) => format!("{}{text}", templates::PYTHON_TABLES),
         }
     }
 
@@ -311,7 +291,7 @@ impl Program<'_> {
                 text += &results.iter().enumerate().map(line).collect::<String>();
                 if results.is_empty() { format!("{indent}(void){to};\n{text}") } else { text }
             }
-            false => text + &format!("{indent}return [{}]\n", results.join(", ")),
+            false => text + &format!("{indent}return stacked([{}], x)\n", results.join(", ")),
         }
     }
 

@@ -185,7 +185,7 @@ impl Syntax<'_> {
                 let [a, b, c] = [&z[0], &z[1], &z[2]].map(|term| term.at_least(Rank::Sum));
                 let text = match self.is_c() {
                     true => format!("{a} > 0.0 ? {b} : {c}"),
-                    false => format!("{b} if {a} > 0.0 else {c}"),
+                    false => return Term::atom(format!("choose({a} > 0.0, {b}, {c})")),
                 };
                 Term { text, rank: Rank::Choice }
             }
@@ -210,8 +210,8 @@ fn function_name(code: Code, is_c: bool) -> &'static str {
     let choose = |c: &'static str, python: &'static str| if is_c { c } else { python };
     match code {
         Code::Divide => "divide",
-        Code::Minimum => choose("law_min", "min"),
-        Code::Maximum => choose("law_max", "max"),
+        Code::Minimum => choose("law_min", "minimum"),
+        Code::Maximum => choose("law_max", "maximum"),
         Code::Absolute => choose("fabs", "abs"),
         Code::Sqrt => choose("law_sqrt", "sqrt"),
         Code::Cbrt => "cbrt",
@@ -222,11 +222,11 @@ fn function_name(code: Code, is_c: bool) -> &'static str {
         Code::Tan => "tan",
         Code::Asin => "asin",
         Code::Acos => "acos",
-        Code::Atan => choose("atan", "math.atan"),
+        Code::Atan => "atan",
         Code::Sinh => "sinh",
         Code::Cosh => "cosh",
-        Code::Tanh => choose("tanh", "math.tanh"),
-        Code::Atan2 => choose("atan2", "math.atan2"),
+        Code::Tanh => "tanh",
+        Code::Atan2 => "atan2",
         Code::Hypot => "hypot",
         _ => choose("pow", "power"),
     }

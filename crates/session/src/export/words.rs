@@ -60,6 +60,36 @@ pub(super) fn fill(template: &str, values: &[(&str, String)]) -> String {
     text
 }
 
+/// Replaces the prefix `law_` of the names of a C program, outside of its string literals, by that of `name`.
+pub(super) fn with_prefix(program: &str, name: &str) -> String {
+    let upper = name.to_ascii_uppercase();
+    let (mut text, mut rest) = (String::with_capacity(program.len()), program);
+    let (mut is_string, mut is_word) = (false, false);
+    while let Some(c) = rest.chars().next() {
+        let starts_name = !is_string && !is_word;
+        let (written, length) = match rest.get(..4) {
+            Some("law_") if starts_name => (name, 3),
+            Some("LAW_") if starts_name => (&*upper, 3),
+            _ if is_string && c == '\\' && rest.is_char_boundary(2) => (&rest[..2], 2),
+            _ => (&rest[..c.len_utf8()], c.len_utf8()),
+        };
+        is_string ^= c == '"';
+        is_word = c.is_ascii_alphanumeric() || c == '_';
+        text += written;
+        rest = &rest[length..];
+    }
+    text
+}
+
+/// Makes a C identifier from the name of a file: letters and digits, with a letter first.
+pub(super) fn c_identifier(name: &str) -> String {
+    let plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+    match plain.chars().next() {
+        Some(first) if first.is_ascii_alphabetic() => plain,
+        _ => format!("model_{plain}"),
+    }
+}
+
 /// Makes unique program identifiers from names: letters and digits after a prefix used for nothing else.
 pub(super) fn identifiers<'n>(prefix: &str, names: impl Iterator<Item = &'n str>) -> Vec<String> {
     let mut list: Vec<String> = Vec::new();
@@ -103,6 +133,14 @@ mod tests {
     fn identifiers_are_different() {
         let names = identifiers("p_", ["a.b", "a_b", "a_b_2", "a-b"].into_iter());
         assert_eq!(names, ["p_a_b", "p_a_b_2", "p_a_b_2_2", "p_a_b_3"]);
+    }
+
+    #[test]
+    fn names_get_a_prefix_outside_of_strings() {
+        let program = "law_step(p->p_law_x, \"law_\\\" law_x\", LAW_N); /* law_step */ xlaw_y";
+        let expected = "arm_step(p->p_law_x, \"law_\\\" law_x\", ARM_N); /* arm_step */ xlaw_y";
+        assert_eq!(with_prefix(program, "arm"), expected);
+        assert_eq!([c_identifier("my arm-2"), c_identifier("2")], ["my_arm_2", "model_2"]);
     }
 
     #[test]

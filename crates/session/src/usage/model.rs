@@ -10,6 +10,10 @@ pub enum ModelFault {
     NetExported,
     /// The model has no robot, which an export as URDF or MJCF needs.
     NoRobotExported,
+    /// An FMU is to be printed, but it is an archive.
+    FmuWithoutFile,
+    /// The model is a ball or a push, which cannot be exported as an FMU.
+    BuiltInFmu,
     /// The model is a net, which cannot be simulated.
     NetSimulated,
     /// The model is a ball or a push, but `simulate` needs an equation model.
@@ -29,8 +33,12 @@ impl fmt::Display for ModelFault {
         f.write_str(match self {
             ModelFault::NetExported => "is a trained net, which cannot be exported as formulas",
             ModelFault::NoRobotExported => {
-                "has no [robot] section, so there is no robot to export as URDF or MJCF; use --as latex, python or c, or make a \
+                "has no [robot] section, so there is no robot to export as URDF or MJCF; use --as latex, python, c or fmu, or make a \
                  model of a robot with `augsim model from-robot`"
+            }
+            ModelFault::FmuWithoutFile => "an FMU is an archive, which is not printed; name its file with --out, as in --out MODEL.fmu",
+            ModelFault::BuiltInFmu => {
+                "only equation models (scenario = \"system\") can be exported as an FMU; use --as c or --as python for a ball or pushes"
             }
             ModelFault::NetSimulated => "is a trained net; `augsim predict` gives its forecasts",
             ModelFault::BuiltInSimulated => {

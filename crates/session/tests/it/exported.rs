@@ -1,12 +1,15 @@
-//! Contract: exported programs in C and Python replay an input series exactly as the engine simulates it, for
-//! every effect of the library and of the formulas, with delays, events, state bounds, tables and smoothed
-//! discontinuities.
+//! Contract: exported programs in C and Python, step functions and FMUs give the trajectory that the engine simulates
+//! from an input series, for every effect of the library and of the formulas, with delays, events, state bounds,
+//! tables and smoothed discontinuities.
+
+/// Step functions and FMUs, which do not choose their steps from a recording.
+mod steps;
 
 use crate::programs::printed;
 use augsim_equations::library::Scales;
 use augsim_equations::{EquationSystem, Model, model};
 use augsim_session::Subject;
-use augsim_session::export::{Language, export};
+use augsim_session::export::{Language, export, export_files};
 use augsim_session::simulate::{Plan, simulate};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -14,6 +17,9 @@ use std::process::Command;
 
 /// Number of effects that are added to a model at once, so that the test compiles few programs.
 const EFFECTS_PER_PROGRAM: usize = 8;
+
+/// Options of the C compiler, with warnings as errors.
+const STRICT: &[&str] = &["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic"];
 
 /// A driven oscillator with every kind of hold, a delay, a table, dry friction of undeclared width, an event with a
 /// reset and a rest, a state bound, and names that Python or C use themselves.
@@ -75,6 +81,36 @@ b_K = "0.3 * (a_K - b_K)"
 a_K_read = { value = "a_K", sd = 0.001 }
 "#;
 
+/// A robot with two joints, driven by torques.
+const ROBOT: &str = r#"
+scenario = "system"
+name = "arm"
+[robot]
+file = "two-link-planar.urdf"
+joints = ["shoulder", "elbow"]
+position = ["q1_rad", "q2_rad"]
+speed = ["w1_rad_s", "w2_rad_s"]
+torque = ["tau1_N_m", "tau2_N_m - viscous * w2_rad_s"]
+[inputs]
+tau1_N_m = { hold = "zero" }
+tau2_N_m = { hold = "linear" }
+[states]
+q1_rad = { start = "angle1_rad" }
+w1_rad_s = { start = "0" }
+q2_rad = { start = "angle2_rad" }
+w2_rad_s = { start = "0" }
+[parameters]
+viscous = { nominal = 0.3, min = 0.0, unit = "N m s" }
+[rates]
+q1_rad = "w1_rad_s"
+w1_rad_s = "forward_dynamics(shoulder)"
+q2_rad = "w2_rad_s"
+w2_rad_s = "forward_dynamics(elbow)"
+[outputs]
+angle1_rad = { value = "q1_rad", sd = 0.001 }
+angle2_rad = { value = "q2_rad", sd = 0.001 }
+"#;
+
 /// Creates an empty folder for the programs of one test.
 fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("exported-{name}"));
@@ -99,6 +135,17 @@ fn series(model: &Model) -> (Vec<f64>, Vec<(String, Vec<f64>)>) {
     (times, inputs)
 }
 
+/// Writes the times and inputs of a plan as `in.csv`.
+fn write_inputs(plan: &Plan, dir: &Path) {
+    let mut csv = "t_s".to_owned();
+    plan.inputs.iter().for_each(|(name, _)| csv += &format!(",{name}"));
+    for (k, t) in plan.times.iter().enumerate() {
+        csv += &format!("\n{t}");
+        plan.inputs.iter().for_each(|(_, values)| csv += &format!(",{}", values[k]));
+    }
+    std::fs::write(dir.join("in.csv"), csv + "\n").expect("written");
+}
+
 /// Compares the programs of a model with the engine, over a series of inputs, from an initial state.
 ///
 /// Returns false if the engine cannot simulate the model.
@@ -121,20 +168,14 @@ fn follows_the_engine(model: &Model, what: &str, dir: &Path) -> bool {
     if !engine.values.iter().all(|v| v.abs() < 1e6) {
         return false;
     }
-    let mut csv = "t_s".to_owned();
-    inputs.iter().for_each(|(name, _)| csv += &format!(",{name}"));
-    for (k, t) in times.iter().enumerate() {
-        csv += &format!("\n{t}");
-        inputs.iter().for_each(|(_, values)| csv += &format!(",{}", values[k]));
-    }
-    std::fs::write(dir.join("in.csv"), csv + "\n").expect("written");
+    write_inputs(&plan, dir);
     let given: Vec<String> = start.iter().map(|(name, value)| format!("{name}={value}")).collect();
     let args: Vec<&str> = std::iter::once("in.csv").chain(given.iter().map(String::as_str)).collect();
     for (language, file) in [(Language::Python, "law.py"), (Language::C, "law.c")] {
-        std::fs::write(dir.join(file), export(&subject, language).expect("a program")).expect("written");
+        steps::write(&export_files(&subject, language, &dir.join(file)).expect("a program"));
     }
     let python = printed("python3", &[&["law.py"], &args[..]].concat(), dir);
-    let build = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-O0", "law.c", "-o", "law", "-lm"];
+    let build = [STRICT, &["-DLAW_MAIN", "-O0", "law.c", "-o", "law", "-lm"]].concat();
     let c = printed("cc", &build, dir).and_then(|_| printed("./law", &args, dir));
     for (language, found) in [("Python", python), ("C", c)] {
         let Some(found) = found.map(|csv| values(&csv)) else { continue };
@@ -147,6 +188,8 @@ fn follows_the_engine(model: &Model, what: &str, dir: &Path) -> bool {
             );
         }
     }
+    steps::python_takes_arrays(what, dir);
+    steps::follow_the_engine(model, &plan, what, dir);
     true
 }
 
@@ -156,11 +199,9 @@ fn every_part_of_a_model_is_exported() {
     for (name, text) in [("parts", MODEL), ("flow", FLOW)].into_iter().chain(augsim_equations::EXAMPLES) {
         let model = model::parse(text, "model.toml").expect("a model");
         assert!(follows_the_engine(&model, name, &dir), "the engine does not simulate {name}");
-        // Optimised code gives more warnings; without its program the file is a library.
-        for option in ["-DLAW_MAIN", "-DLAW_NO_MAIN"] {
-            let build =
-                ["-std=c99", "-Wall", "-Wextra", "-Werror", "-O2", option, "-c", "law.c", "-o", "law.o"];
-            printed("cc", &build, &dir);
+        // Optimised code gives more warnings.
+        for option in ["-DLAW_MAIN", "-ULAW_MAIN"] {
+            printed("cc", &[STRICT, &["-O2", option, "-c", "law.c", "-o", "law.o"]].concat(), &dir);
         }
     }
     for (method, steps) in [("implicit", 3), ("explicit", 5)] {
@@ -195,8 +236,9 @@ fn every_effect_is_exported() {
     let mut done: BTreeSet<String> = BTreeSet::new();
     let mut wanted: BTreeSet<String> = BTreeSet::new();
     let smooth = MODEL.split("[[events]]").next().expect("a model");
-    for text in [smooth, FLOW, MODEL] {
-        let declared = model::parse(text, "model.toml").expect("a model");
+    for (text, of) in [(smooth, ""), (FLOW, ""), (MODEL, ""), (ROBOT, " of a robot")] {
+        let place = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/robots/model.toml");
+        let declared = model::parse(text, &place.display().to_string()).expect("a model");
         let system = EquationSystem::new(&declared, &Scales::default()).expect("a system");
         let mut together: Vec<(String, Model)> = Vec::new();
         let (mut model, mut names) = (declared.clone(), Vec::new());
@@ -204,7 +246,7 @@ fn every_effect_is_exported() {
             // A formula is known by its expression, whatever the quantities, any other effect by its kind.
             let name = match &candidate.shape {
                 Some(_) => shape_of(candidate.text().unwrap_or_default(), &declared),
-                None => candidate.kind.clone(),
+                None => candidate.kind.clone() + of,
             };
             wanted.insert(name.clone());
             if done.contains(&name) {
