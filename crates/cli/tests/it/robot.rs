@@ -173,8 +173,11 @@ fn currents_become_torques_by_an_expression_of_the_columns() {
         let squares: Vec<f64> = text
             .lines()
             .skip(1)
-            .map(|line| {
-                let numbers: Vec<f64> = line.split(',').map(|n| n.parse().unwrap_or(0.0)).collect();
+            .map(|line| line.split(',').collect::<Vec<&str>>())
+            // Torques have fewer samples than the motion.
+            .filter(|cells| !cells[first].is_empty())
+            .map(|cells| {
+                let numbers: Vec<f64> = cells.iter().map(|n| n.parse().unwrap_or(0.0)).collect();
                 value(&numbers[first..]).powi(2)
             })
             .collect();

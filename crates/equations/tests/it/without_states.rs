@@ -118,13 +118,12 @@ fn a_sample_has_the_same_value_in_every_window() {
 
 #[test]
 fn a_low_pass_needs_a_model_without_states_and_a_positive_cutoff() {
-    let with_state =
-        format!("{MODEL}[states]\nx_m = {{ start = \"force_N\" }}\n[rates]\nx_m = \"v_m_s\"\n");
+    let with_state = format!("{MODEL}[states]\nx_m = {{ start = \"force_N\" }}\n[rates]\nx_m = \"v_m_s\"\n");
     let message = system(&with_state).expect_err("refused");
     assert!(
         message.contains("outputs.force_N.low_pass_hz: low_pass_hz needs a model without states"),
         "{message}"
     );
     let message = system(&MODEL.replace("low_pass_hz = 2.0", "low_pass_hz = 0.0")).expect_err("refused");
-    assert!(message.starts_with("arm.toml:19: outputs.force_N.low_pass_hz"), "{message}");
+    assert!(message.starts_with("arm.toml:18: outputs.force_N.low_pass_hz"), "{message}");
 }
