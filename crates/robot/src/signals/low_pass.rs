@@ -14,7 +14,7 @@ use super::filter::transient_s;
 
 /// Entries of the table of the response in one period of the cutoff.
 ///
-/// The linear interpolation between them errs by at most an eighth of the second derivative, `(2 pi)^2 / 8` of the peak, over
+/// The error of linear interpolation between them is at most an eighth of the second derivative, `(2 pi)^2 / 8` of the peak, over
 /// the square of this number: 5e-6 of the peak.
 const TABLE_PER_PERIOD: f64 = 1024.0;
 
