@@ -3,7 +3,7 @@
 //!
 //! The log is made here with the dynamics of `augsim_robot`: two links that follow a sum of sines.
 
-use crate::command::{fail, succeed, succeed_json};
+use crate::command::{augsim, fail, succeed, succeed_json};
 use crate::same_bytes::writes_the_same;
 use augsim_robot::{Numbers, Robot, Tree, inverse_dynamics};
 use std::collections::BTreeMap;
@@ -166,6 +166,10 @@ fn currents_become_torques_by_an_expression_of_the_columns() {
     succeed(&[&args[..], &["--torque", "elbow=drive2_A - 0.5 * drive1_A", "--out", "arm"]].concat(), d);
     let model = std::fs::read_to_string(d.join("arm/model.toml")).expect("a model");
     assert!(model.contains("tau_elbow_N_m = { value = \"inverse_dynamics(elbow) + elbow_viscous"), "{model}");
+    let exported = augsim(&["export", "arm/model.toml", "--as", "c", "--out", "torque.c"], d);
+    let exported = String::from_utf8_lossy(&exported.stderr);
+    let note = "tau_shoulder_N_m, tau_elbow_N_m: written as computed from the inputs, without the filter of low_pass_hz";
+    assert!(exported.contains(note), "{exported}");
     let rms = |file: &str, column: &str, value: &dyn Fn(&[f64]) -> f64| {
         let text = std::fs::read_to_string(d.join(file)).expect("a table");
         let names: Vec<&str> = text.lines().next().expect("a header").split(',').collect();

@@ -107,7 +107,9 @@ fn payload_places(robot: &RobotModel) -> Vec<Place> {
     }]
 }
 
-/// Place `tilt`: the two components of gravity across its nominal direction.
+/// Place `tilt`: the two components of gravity across its nominal direction, and the one along it with its nominal value `g`.
+///
+/// A tilt turns gravity and keeps its size.
 fn tilt_places(robot: &RobotModel) -> Vec<Place> {
     let size = |axis: &usize| robot.nominal_gravity(*axis).abs();
     let along = (0..3).max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(2);
@@ -117,10 +119,10 @@ fn tilt_places(robot: &RobotModel) -> Vec<Place> {
     }
     vec![Place {
         target: Target::Gravity(across[0]),
-        others: vec![Target::Gravity(across[1])],
+        others: vec![Target::Gravity(across[1]), Target::Gravity(along)],
         on: "gravity".to_owned(),
         with: None,
-        names: Vec::new(),
+        names: vec![("g", format!("({:?})", robot.nominal_gravity(along)))],
     }]
 }
 

@@ -138,8 +138,9 @@ fn a_payload_is_a_point_mass_on_the_last_link() {
 }
 
 #[test]
-fn a_tilt_adds_gravity_across_its_direction() {
-    check_changed(&effect("tilt", "gravity", "a = 0.5\nb = -0.3"), |_| (), [0.5, -0.3, GRAVITY[2]]);
+fn a_tilt_turns_gravity_and_keeps_its_size() {
+    let along = -(GRAVITY[2] * GRAVITY[2] - 3.5 * 3.5 - 1.2 * 1.2_f64).sqrt();
+    check_changed(&effect("tilt", "gravity", "a = 3.5\nb = -1.2"), |_| (), [3.5, -1.2, along]);
 }
 
 #[test]

@@ -78,7 +78,22 @@ pub fn export_files(subject: &Subject, language: Language, out: &Path) -> anyhow
         }
         _ => vec![(out.to_owned(), export(subject, language)?.into_bytes())],
     };
+    if let (Subject::Equations(model), Language::C | Language::Python | Language::Fmu) = (subject, language) {
+        notes.extend(unfiltered_outputs(model));
+    }
     Ok(Exported { files, notes })
+}
+
+/// Note on outputs that are compared behind a low-pass, which needs values still to come; `None` if there are none.
+fn unfiltered_outputs(model: &augsim_equations::Model) -> Option<String> {
+    let is_filtered = |o: &&augsim_equations::model::Output| o.low_pass_hz.is_some();
+    let names: Vec<&str> = model.outputs.iter().filter(is_filtered).map(|o| o.name.as_str()).collect();
+    (!names.is_empty()).then(|| {
+        format!(
+            "{}: written as computed from the inputs, without the filter of low_pass_hz",
+            names.join(", ")
+        )
+    })
 }
 
 /// Note on inputs that act before they are recorded, which a step function cannot know yet; `None` if there are none.
