@@ -2,6 +2,7 @@
 
 use crate::background;
 use crate::error::{raised, unlocked};
+use crate::external::Operation;
 use crate::model::Model;
 use crate::source::{Source, accepted};
 use augsim_discovery::{AllowedEffects, Options};
@@ -20,7 +21,7 @@ const FIGURE_WIDTH: f64 = 640.0;
 #[pyclass(frozen, module = "augsim._augsim")]
 pub struct Discovery {
     found: augsim_discovery::Discovery,
-    subject: Subject,
+    operation: Operation,
     model: Option<PathBuf>,
     data: DataFrom,
     request: DiscoverRequest,
@@ -47,22 +48,24 @@ pub fn discover(
     let effects = AllowedEffects { only, exclude };
     let options = Options { seed, null_runs, accepted, effects, ..Options::default() };
     let request = DiscoverRequest { groups, accept, options };
-    let (subject, path, data) = (model.subject.clone(), model.path.clone(), data.from.clone());
-    background::run(py, progress.as_ref(), move |line| {
+    let (operation, path, data) = (model.begin(), model.path.clone(), data.from.clone());
+    let at_work = operation.clone();
+    let result = background::run(py, progress.as_ref(), move |line| {
         let mut report = |step: augsim_discovery::Progress| {
             line.end_if_stopped();
             line.step(step.describe().to_owned(), Some(step.fraction()));
         };
-        let found = augsim_session::discover(&subject, &data, &request, &mut report)?;
-        Ok(Discovery { found, subject, model: path, data, request })
-    })
+        let found = augsim_session::discover(&at_work.subject, &data, &request, &mut report)?;
+        Ok(Discovery { found, operation: at_work, model: path, data, request })
+    });
+    operation.finish(py, result)
 }
 
 impl Discovery {
     fn report(&self, folder: &Path) -> Page {
         let context =
             ReportContext::new(self.model.as_deref(), &self.data, &self.request, folder, &fingerprint);
-        page(&context, &self.subject, &self.found)
+        page(&context, &self.operation.subject, &self.found)
     }
 }
 
@@ -70,18 +73,20 @@ impl Discovery {
 impl Discovery {
     /// Returns the result as the text of `result.json`.
     fn json(&self, py: Python<'_>) -> PyResult<String> {
-        unlocked(py, || Ok(serde_json::to_string_pretty(&ResultFile::new(&self.subject, &self.found, None))?))
+        unlocked(py, || {
+            Ok(serde_json::to_string_pretty(&ResultFile::new(&self.operation.subject, &self.found, None))?)
+        })
     }
 
     /// Returns the model with the added effects.
     fn model(&self, py: Python<'_>) -> PyResult<Model> {
         // The description of a robot is found beside the declared model file.
-        let file = match &self.subject {
+        let file = match &self.operation.subject {
             Subject::Equations(model) => model.file.as_str(),
             Subject::BuiltIn(_) => "model",
         };
         let subject = unlocked(py, || Subject::parse(&self.found.model_toml, file))?;
-        Ok(Model { subject, path: None })
+        Ok(Model { subject, path: None, function: self.operation.function() })
     }
 
     /// Returns the report page as HTML, with links relative to `folder`.

@@ -5,6 +5,7 @@
 mod background;
 mod discovery;
 mod error;
+mod external;
 mod generated;
 mod model;
 mod numbers;

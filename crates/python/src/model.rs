@@ -2,6 +2,7 @@
 
 use crate::background;
 use crate::error::{raised, unlocked};
+use crate::external::{Function, Operation};
 use crate::numbers::{Numbers, memory};
 use crate::source::{Source, accepted};
 use augsim_session::Subject;
@@ -10,6 +11,7 @@ use augsim_session::simulate::{MAX_SERIAL_VALUES, Plan, simulate};
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// Python class of a model file of any scenario.
 #[pyclass(frozen, module = "augsim._augsim")]
@@ -17,6 +19,8 @@ pub struct Model {
     pub subject: Subject,
     /// Path of the model file; `None` for a model parsed from text.
     pub path: Option<PathBuf>,
+    /// Function of Python for the rates; `None` for a model whose file has its equations.
+    pub function: Option<Arc<Function>>,
 }
 
 /// Parameter of a model: name, value, lower and upper bound, whether it is frozen, and its 95 % interval.
@@ -29,20 +33,40 @@ fn owned(columns: NamedColumns) -> Vec<(String, Vec<f64>)> {
     columns.into_iter().map(|(name, values)| (name, values.into_vec())).collect()
 }
 
+impl Model {
+    /// Begins an operation on the model.
+    pub fn begin(&self) -> Operation {
+        Operation::new(&self.subject, self.function.as_ref())
+    }
+}
+
 #[pymethods]
 impl Model {
     /// Reads a model file from a path.
     #[staticmethod]
     fn read(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let subject = unlocked(py, || Subject::read(&path))?;
-        Ok(Model { subject, path: Some(path) })
+        Ok(Model { subject, path: Some(path), function: None })
     }
 
     /// Parses the text of a model file.
     #[staticmethod]
     fn parse(py: Python<'_>, text: &str) -> PyResult<Self> {
         let subject = unlocked(py, || Subject::parse(text, "model"))?;
-        Ok(Model { subject, path: None })
+        Ok(Model { subject, path: None, function: None })
+    }
+
+    /// Parses the text of a model file whose section `[external]` stands for a wrapped function of Python.
+    #[staticmethod]
+    fn external(py: Python<'_>, text: &str, function: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let function = Arc::new(Function::new(function)?);
+        let subject = unlocked(py, || Subject::parse(text, "model"))?;
+        Ok(Model { subject, path: None, function: Some(function) })
+    }
+
+    /// Returns the wrapped function of Python for the rates; `None` for a model whose file has its equations.
+    fn function(&self, py: Python<'_>) -> Option<Py<PyAny>> {
+        self.function.as_ref().map(|function| function.wrapper(py))
     }
 
     /// Returns the scenario of the model: `ball`, `push` or `system`.
@@ -70,13 +94,16 @@ impl Model {
     #[pyo3(signature = (data, *, accept))]
     fn fit(&self, py: Python<'_>, data: &Source, accept: Vec<String>) -> PyResult<(Model, String)> {
         let accept = accepted(&accept).map_err(|e| raised(py, &e))?.into_iter().collect();
-        let (subject, data) = (self.subject.clone(), data.from.clone());
+        let (operation, data) = (self.begin(), data.from.clone());
+        let subject = operation.subject.clone();
         let file = self.path.as_ref().map_or_else(|| "model".to_owned(), |path| path.display().to_string());
-        let (fitted, json) = background::run(py, None, move |_| {
+        let result = background::run(py, None, move |_| {
             let (fitted, answer) = calibrate(&subject, &file, &data, accept, None, &mut |_, _| {})?;
             Ok((fitted, serde_json::to_string_pretty(&answer)?))
-        })?;
-        Ok((Model { subject: Subject::Equations(Box::new(fitted)), path: None }, json))
+        });
+        let (fitted, json) = operation.finish(py, result)?;
+        let (subject, function) = (Subject::Equations(Box::new(fitted)), self.function.clone());
+        Ok((Model { subject, path: None, function }, json))
     }
 
     /// Simulates trajectories. Returns the values `[trajectory, sample, time, column]`, the first three sizes
@@ -92,11 +119,13 @@ impl Model {
     ) -> PyResult<(Bound<'py, PyByteArray>, [usize; 3], Vec<String>)> {
         let times = times.into_vec();
         let plan = Plan { start: owned(start), times, inputs: owned(inputs), samples, seed };
-        let subject = self.subject.clone();
+        let operation = self.begin();
+        let subject = operation.subject.clone();
         let batch = plan.start.first().map_or(0, |(_, values)| values.len());
         let sizes = [plan.samples.max(1), plan.times.len()];
         let is_brief = sizes.iter().fold(batch, |all, size| all.saturating_mul(*size)) <= MAX_SERIAL_VALUES;
-        let made = background::run_unless_brief(py, is_brief, move || simulate(&subject, &plan))?;
+        let result = background::run_unless_brief(py, is_brief, move || simulate(&subject, &plan));
+        let made = operation.finish(py, result)?;
         Ok((memory(py, &made.values)?, made.shape, made.columns))
     }
 }

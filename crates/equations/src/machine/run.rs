@@ -4,6 +4,7 @@
 
 use super::evaluate;
 use crate::compile::{Code, Section};
+use crate::external::ExternalFunction;
 use crate::model::Table;
 use pulp::{Arch, Simd, WithSimd};
 
@@ -15,6 +16,8 @@ pub(crate) type Registers<const L: usize> = [[f64; L]];
 pub(crate) struct Machine {
     pub(crate) arch: Arch,
     pub(crate) tables: Vec<Table>,
+    /// Function outside the engine that computes rates; `None` if the system has none.
+    pub(crate) external: Option<ExternalFunction>,
 }
 
 impl Machine {
@@ -45,13 +48,15 @@ impl Machine {
         section: &Section,
         registers: &mut Registers<L>,
     ) {
-        simd.vectorize(Pass { tables: &self.tables, section, registers });
+        let external = self.external.as_ref();
+        simd.vectorize(Pass { tables: &self.tables, external, section, registers });
     }
 }
 
 /// One run over the instructions of a section, in the form that [`pulp`] dispatches to an instruction set.
 struct Pass<'p, const L: usize> {
     tables: &'p [Table],
+    external: Option<&'p ExternalFunction>,
     section: &'p Section,
     registers: &'p mut Registers<L>,
 }
@@ -61,8 +66,16 @@ impl<const L: usize> WithSimd for Pass<'_, L> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
-        let Self { tables, section, registers } = self;
+        let Self { tables, external, section, registers } = self;
         for instruction in &section.body {
+            if instruction.code == Code::External {
+                if let (Some(function), Some(call)) =
+                    (external, section.calls.get(instruction.table as usize))
+                {
+                    super::external::call(function, call, registers);
+                }
+                continue;
+            }
             // A result has a higher register than its operands, so that it can be written while they are
             // read.
             let (before, after) = registers.split_at_mut(instruction.to as usize);
@@ -90,7 +103,8 @@ impl<const L: usize> WithSimd for Pass<'_, L> {
                         Code::Table => table!(Table::value),
                         Code::TableSlope => table!(Table::slope),
                         Code::Constant | Code::State | Code::Input | Code::InputSlope | Code::Time
-                        | Code::Parameter | Code::Width => {}
+                        | Code::Parameter | Code::Width | Code::Argument | Code::External
+                        | Code::ExternalDerivative => {}
                     }
                 };
             }

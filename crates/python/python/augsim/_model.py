@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -59,6 +59,51 @@ class Model:
         model = cls.__new__(cls)
         model._inner = inner
         return model
+
+    @classmethod
+    def from_rates(
+        cls,
+        function: Callable[..., Any],
+        *,
+        states: Any,
+        parameters: Any,
+        outputs: Any,
+        inputs: Any = None,
+        name: str | None = None,
+        jacobian: Callable[..., Any] | None = None,
+        scales: Mapping[str, float] | None = None,
+        **more: Any,
+    ) -> Model:
+        """Makes a model whose rates are ``function(t, x, u, p)``, an array ``[state, point]``.
+
+        ``t`` is an array ``[point]`` of times in s, ``x`` an array ``[state, point]``; ``u`` and ``p`` have an array ``[point]`` for
+        each input and parameter, by name (``p["length_m"]``) or position. A function of one point (numbers and ``x`` of shape
+        ``[state]``) is accepted as well, with a warning: it is slow.
+
+        ``states``, ``inputs`` and ``outputs`` are lists of names or dicts, with the settings of a model file as values: a start
+        (``{"theta_rad": "angle_rad"}``), an interpolation (``{"volt_V": "zero"}``), an expression of the states (``{"angle_rad":
+        "theta_rad"}``), or a dict of several. ``parameters`` is a dict of numbers, ``(nominal, min, max)`` or dicts. Further
+        sections of a model file are keywords: ``let``, ``tables``, ``events``, ``candidate``, ``numerics``.
+
+        ``jacobian(t, x, u, p)`` returns the derivatives of the rates by states, inputs and parameters, a tuple of arrays
+        ``[state, …, point]``. Without it, derivatives are finite differences, whose steps are relative, and at least those of the
+        typical sizes in ``scales`` (by name; 0.01 for states and inputs, the value for parameters).
+        """
+        from ._from_function import from_rates
+
+        return cls._of(
+            from_rates(
+                function,
+                states=states,
+                parameters=parameters,
+                outputs=outputs,
+                inputs=inputs,
+                name=name,
+                jacobian=jacobian,
+                scales=scales,
+                more=more,
+            )
+        )
 
     @property
     def scenario(self) -> str:

@@ -1,0 +1,177 @@
+//! Functions of Python that compute the rates of a model.
+
+use crate::numbers::memory;
+use augsim_equations::{ExternalFunction, ExternalRates};
+use augsim_session::Subject;
+use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// A function of Python for the rates of a model, as the Python package has wrapped it.
+///
+/// Its method `rates(points, bytes)` gets the arguments `[argument, point]` and returns the bytes of the rates
+/// `[state, point]`; `derivatives(points, bytes)` returns those of the derivatives `[state, argument, point]`, or `None`.
+#[derive(Debug)]
+pub struct Function {
+    wrapper: Py<PyAny>,
+    states: usize,
+    typical_sizes: Vec<f64>,
+    has_derivatives: bool,
+}
+
+impl Function {
+    /// Reads the properties of a function that the Python package has wrapped.
+    pub fn new(wrapper: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Ok(Function {
+            states: wrapper.getattr("states")?.extract()?,
+            typical_sizes: wrapper.getattr("typical_sizes")?.extract()?,
+            has_derivatives: wrapper.getattr("has_derivatives")?.extract()?,
+            wrapper: wrapper.clone().unbind(),
+        })
+    }
+
+    /// The wrapped function as an object of Python.
+    pub fn wrapper(&self, py: Python<'_>) -> Py<PyAny> {
+        self.wrapper.clone_ref(py)
+    }
+}
+
+/// The calls of a function during one operation, such as a fit.
+///
+/// After an exception, or when the operation is to stop, the function is no longer called: all rates are NaN, so that
+/// every simulation fails at once and the operation ends.
+#[derive(Debug)]
+pub struct Calls {
+    function: Arc<Function>,
+    has_ended: AtomicBool,
+    raised: Mutex<Option<PyErr>>,
+}
+
+impl Calls {
+    /// Begins an operation.
+    pub fn new(function: Arc<Function>) -> Self {
+        Calls { function, has_ended: AtomicBool::new(false), raised: Mutex::new(None) }
+    }
+
+    /// The function that is called.
+    pub fn function(&self) -> &Arc<Function> {
+        &self.function
+    }
+
+    /// Makes all further calls return NaN.
+    pub fn stop(&self) {
+        self.has_ended.store(true, Ordering::Relaxed);
+    }
+
+    /// The exception that the function has raised, if any.
+    pub fn raised(&self, py: Python<'_>) -> Option<PyErr> {
+        let raised = self.raised.lock().unwrap_or_else(PoisonError::into_inner);
+        raised.as_ref().map(|e| e.clone_ref(py))
+    }
+
+    /// Calls a method of the wrapped function, and copies its numbers to `into`; NaN after an exception.
+    fn call(&self, method: &str, points: usize, arguments: &[f64], into: &mut [f64]) {
+        into.fill(f64::NAN);
+        if self.has_ended.load(Ordering::Relaxed) {
+            return;
+        }
+        let done = Python::try_attach(|py| {
+            let result = self.call_attached(py, method, points, arguments, into);
+            if let Err(error) = result {
+                self.stop();
+                self.raised.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+            }
+        });
+        // Without an interpreter the program is ending.
+        if done.is_none() {
+            self.stop();
+        }
+    }
+
+    fn call_attached(
+        &self,
+        py: Python<'_>,
+        method: &str,
+        points: usize,
+        arguments: &[f64],
+        into: &mut [f64],
+    ) -> PyResult<()> {
+        let bytes = memory(py, arguments)?;
+        let result = self.function.wrapper.bind(py).call_method1(method, (points, bytes))?;
+        let bytes = result.cast::<PyBytes>()?.as_bytes();
+        if bytes.len() != size_of_val(into) {
+            return Err(PyValueError::new_err("the wrapped function returned an array of the wrong size"));
+        }
+        for (to, number) in into.iter_mut().zip(bytes.chunks_exact(size_of::<f64>())) {
+            let number =
+                number.try_into().map_err(|_| PyRuntimeError::new_err("a number of another size"))?;
+            *to = f64::from_ne_bytes(number);
+        }
+        Ok(())
+    }
+}
+
+impl ExternalRates for Calls {
+    fn states(&self) -> usize {
+        self.function.states
+    }
+
+    fn rates(&self, points: usize, arguments: &[f64], rates: &mut [f64]) {
+        self.call("rates", points, arguments, rates);
+    }
+
+    fn derivatives(&self, points: usize, arguments: &[f64], derivatives: &mut [f64]) -> bool {
+        if self.function.has_derivatives {
+            self.call("derivatives", points, arguments, derivatives);
+        }
+        self.function.has_derivatives
+    }
+
+    fn typical_sizes(&self) -> &[f64] {
+        &self.function.typical_sizes
+    }
+}
+
+/// An operation on a model: the model, and the calls of its function of Python, if it has one.
+#[derive(Debug, Clone)]
+pub struct Operation {
+    /// The model, whose function is that of the operation.
+    pub subject: Subject,
+    calls: Option<Arc<Calls>>,
+}
+
+impl Operation {
+    /// Begins an operation on a model.
+    pub fn new(subject: &Subject, function: Option<&Arc<Function>>) -> Self {
+        let mut subject = subject.clone();
+        let calls = function.map(|function| Arc::new(Calls::new(Arc::clone(function))));
+        if let (Subject::Equations(model), Some(calls)) = (&mut subject, &calls)
+            && let Some(external) = &mut model.external
+        {
+            external.rates = Some(ExternalFunction(Arc::<Calls>::clone(calls)));
+        }
+        Operation { subject, calls }
+    }
+
+    /// The function of the model; `None` if the model has none.
+    pub fn function(&self) -> Option<Arc<Function>> {
+        self.calls.as_ref().map(|calls| Arc::clone(calls.function()))
+    }
+
+    /// Ends the operation: its result, or the exception that the function has raised.
+    ///
+    /// # Errors
+    /// That of the result. An interrupt comes before the exception of the function.
+    pub fn finish<T>(&self, py: Python<'_>, result: PyResult<T>) -> PyResult<T> {
+        let Some(calls) = &self.calls else { return result };
+        if let Err(error) = &result {
+            calls.stop();
+            if error.is_instance_of::<PyKeyboardInterrupt>(py) {
+                return result;
+            }
+        }
+        calls.raised(py).map_or(result, Err)
+    }
+}
