@@ -55,7 +55,8 @@ pub fn discover(
             line.end_if_stopped();
             line.step(step.describe().to_owned(), Some(step.fraction()));
         };
-        let found = augsim_session::discover(&at_work.subject, &data, &request, &mut report)?;
+        let found =
+            at_work.run(|| augsim_session::discover(&at_work.subject, &data, &request, &mut report))?;
         Ok(Discovery { found, operation: at_work, model: path, data, request })
     });
     operation.finish(py, result)

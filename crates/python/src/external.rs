@@ -38,6 +38,9 @@ impl Function {
     }
 }
 
+/// Stack size of the threads that call functions, in bytes, as for a main thread.
+const STACK: usize = 8 << 20;
+
 /// The calls of a function during one operation, such as a fit.
 ///
 /// After an exception, or when the operation is to stop, the function is no longer called: all rates are NaN, so that
@@ -160,6 +163,17 @@ impl Operation {
         self.calls.as_ref().map(|calls| Arc::clone(calls.function()))
     }
 
+    /// Runs the work of the operation on threads from which its function can be called at little cost.
+    ///
+    /// # Errors
+    /// That of the work, or threads cannot be started.
+    pub fn run<T: Send>(&self, work: impl FnOnce() -> anyhow::Result<T> + Send) -> anyhow::Result<T> {
+        match &self.calls {
+            None => work(),
+            Some(_) => on_known_threads(rayon::current_num_threads(), work)?,
+        }
+    }
+
     /// Ends the operation: its result, or the exception that the function has raised.
     ///
     /// # Errors
@@ -174,4 +188,23 @@ impl Operation {
         }
         calls.raised(py).map_or(result, Err)
     }
+}
+
+/// Runs work on threads that stay known to Python, so that a call of a function costs little.
+///
+/// A thread that Python does not know gets a new state for each call, which takes longer than a short function.
+///
+/// # Errors
+/// The threads cannot be started.
+pub fn on_known_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> anyhow::Result<T> {
+    let spawn = |thread: rayon::ThreadBuilder| {
+        let mut builder = std::thread::Builder::new().name("augsim-function".to_owned());
+        if let Some(bytes) = thread.stack_size() {
+            builder = builder.stack_size(bytes);
+        }
+        let run = move || Python::try_attach(|py| py.detach(|| thread.run()));
+        builder.spawn(run).map(drop)
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK).spawn_handler(spawn);
+    Ok(pool.build()?.install(work))
 }

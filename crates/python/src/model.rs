@@ -95,11 +95,14 @@ impl Model {
     fn fit(&self, py: Python<'_>, data: &Source, accept: Vec<String>) -> PyResult<(Model, String)> {
         let accept = accepted(&accept).map_err(|e| raised(py, &e))?.into_iter().collect();
         let (operation, data) = (self.begin(), data.from.clone());
-        let subject = operation.subject.clone();
         let file = self.path.as_ref().map_or_else(|| "model".to_owned(), |path| path.display().to_string());
+        let at_work = operation.clone();
         let result = background::run(py, None, move |_| {
-            let (fitted, answer) = calibrate(&subject, &file, &data, accept, None, &mut |_, _| {})?;
-            Ok((fitted, serde_json::to_string_pretty(&answer)?))
+            at_work.run(|| {
+                let subject = &at_work.subject;
+                let (fitted, answer) = calibrate(subject, &file, &data, accept, None, &mut |_, _| {})?;
+                Ok((fitted, serde_json::to_string_pretty(&answer)?))
+            })
         });
         let (fitted, json) = operation.finish(py, result)?;
         let (subject, function) = (Subject::Equations(Box::new(fitted)), self.function.clone());

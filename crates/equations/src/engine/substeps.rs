@@ -148,6 +148,9 @@ impl System {
     /// # Errors
     /// The first error of the simulation.
     pub fn fit_widths(&mut self, windows: &[Window<'_>], options: &Options) -> Result<(), SimulationError> {
+        if self.declared_widths.iter().all(|is_declared| *is_declared) {
+            return Ok(());
+        }
         // A width changes the simulation it was derived from; the second round settles it to a few percent.
         for _ in 0..2 {
             let sizes = discontinuity_sizes(self, windows, options)?;

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from . import _augsim, _declared
-from ._errors import UsageError
+from . import _augsim, _declared, _trace
+from ._errors import ModelError, UsageError
 from ._function import TRIAL_POINTS, Function
 
 #: Typical size of a quantity without one of its own, below which the step of a finite difference does not shrink.
@@ -25,13 +25,23 @@ def from_rates(
     name: str | None = None,
     jacobian: Callable[..., Any] | None = None,
     scales: Mapping[str, float] | None = None,
+    trace: bool = True,
     more: Mapping[str, Any] | None = None,
 ) -> _augsim.Model:
     """See :meth:`augsim.Model.from_rates`."""
     wrapped = _wrapped(function, name, (states, inputs, parameters, None), jacobian, scales)
     trial = _trial(wrapped, _declared.declared("parameters", parameters))
-    known = _kinematics(wrapped.names[0], trial, wrapped.try_out(trial))
+    rates = wrapped.try_out(trial)
+    known = _kinematics(wrapped.names[0], trial, rates)
     sections = _sections(wrapped.name, (states, parameters, outputs, inputs), known, more)
+    formulas = _trace.formulas(wrapped, trial, rates) if trace and wrapped.is_vectorised else None
+    if formulas is not None:
+        equations = sections | {"rates": dict(zip(wrapped.names[0], formulas))}
+        try:
+            return _augsim.Model.parse(_declared.text(equations))
+        except ModelError:
+            # A formula that a model file does not take, such as one with inconsistent units; the function takes it.
+            pass
     sections["external"] = {"function": wrapped.name}
     return _augsim.Model.external(_declared.text(sections), wrapped)
 

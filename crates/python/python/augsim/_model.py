@@ -72,6 +72,7 @@ class Model:
         name: str | None = None,
         jacobian: Callable[..., Any] | None = None,
         scales: Mapping[str, float] | None = None,
+        trace: bool = True,
         **more: Any,
     ) -> Model:
         """Makes a model whose rates are ``function(t, x, u, p)``, an array ``[state, point]``.
@@ -84,6 +85,10 @@ class Model:
         (``{"theta_rad": "angle_rad"}``), an interpolation (``{"volt_V": "zero"}``), an expression of the states (``{"angle_rad":
         "theta_rad"}``), or a dict of several. ``parameters`` is a dict of numbers, ``(nominal, min, max)`` or dicts. Further
         sections of a model file are keywords: ``let``, ``tables``, ``events``, ``candidate``, ``numerics``.
+
+        A function of arithmetic and elementary functions of numpy (no conditions, no solvers, no other libraries) is read as
+        formulas: the model is then that of a model file, as fast, with exact derivatives, and can be exported. Any other function is
+        called for every step; so is every function with ``trace=False``.
 
         ``jacobian(t, x, u, p)`` returns the derivatives of the rates by states, inputs and parameters, a tuple of arrays
         ``[state, …, point]``. Without it, derivatives are finite differences, whose steps are relative, and at least those of the
@@ -101,6 +106,7 @@ class Model:
                 name=name,
                 jacobian=jacobian,
                 scales=scales,
+                trace=trace,
                 more=more,
             )
         )
