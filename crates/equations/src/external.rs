@@ -22,6 +22,9 @@ pub trait ExternalRates: Send + Sync {
     /// Returns false, with nothing written, if the function has none; finite differences are then used.
     fn derivatives(&self, points: usize, arguments: &[f64], derivatives: &mut [f64]) -> bool;
 
+    /// Whether a point costs so much that finite differences are to be one-sided: half as many points, less accurate.
+    fn is_costly(&self) -> bool;
+
     /// Typical size of each argument in its unit, below which the step of a finite difference no longer shrinks.
     fn typical_sizes(&self) -> &[f64];
 }
@@ -44,7 +47,9 @@ impl PartialEq for ExternalFunction {
 }
 
 /// Relative step of a central finite difference: the cube root of the machine precision, as a power of two.
-const RELATIVE_STEP: f64 = 1.0 / 131_072.0;
+const CENTRAL_STEP: f64 = 1.0 / 131_072.0;
+/// Relative step of a one-sided finite difference: a few times the square root of the machine precision.
+const ONE_SIDED_STEP: f64 = 1.0 / 16_777_216.0;
 
 /// Rates at several points, and their derivatives with respect to some of the arguments.
 #[derive(Debug, Default)]
@@ -58,9 +63,9 @@ pub(crate) struct Evaluated {
 impl ExternalFunction {
     /// Computes the rates at points, with the derivatives with respect to the arguments `wanted`.
     ///
-    /// `arguments` is `[argument][point]`. Without derivatives of the function's own they are central differences,
-    /// for which all shifted points are computed in one call; beside a point whose rates are not finite they are
-    /// one-sided.
+    /// `arguments` is `[argument][point]`. Without derivatives of the function's own they are finite differences, for
+    /// which all shifted points are computed in one call; beside a point whose rates are not finite central differences
+    /// become one-sided.
     pub(crate) fn evaluate(&self, points: usize, arguments: &[f64], wanted: &[usize]) -> Evaluated {
         let (states, count) = (self.0.states(), arguments.len() / points.max(1));
         let mut rates = vec![0.0; states * points];
@@ -82,10 +87,11 @@ impl ExternalFunction {
     fn differences(&self, points: usize, arguments: &[f64], wanted: &[usize]) -> Evaluated {
         let (states, count) = (self.0.states(), arguments.len() / points.max(1));
         // The points themselves, then for each wanted argument the points with it increased, then decreased.
-        let total = points * (1 + 2 * wanted.len());
+        let (sides, relative_step) = if self.0.is_costly() { (1, ONE_SIDED_STEP) } else { (2, CENTRAL_STEP) };
+        let total = points * (1 + sides * wanted.len());
         let mut shifted = Vec::with_capacity(count * total);
         for argument in arguments.chunks_exact(points.max(1)) {
-            (0..=2 * wanted.len()).for_each(|_| shifted.extend_from_slice(argument));
+            (0..=sides * wanted.len()).for_each(|_| shifted.extend_from_slice(argument));
         }
         let sizes = self.0.typical_sizes();
         let mut widths = Vec::with_capacity(wanted.len() * points);
@@ -93,11 +99,12 @@ impl ExternalFunction {
             let typical = sizes.get(*k).copied().unwrap_or(1.0);
             for point in 0..points {
                 let middle = arguments[k * points + point];
-                let step = RELATIVE_STEP * middle.abs().max(typical);
-                let place = k * total + (1 + 2 * index) * points + point;
-                shifted[place] = middle + step;
-                shifted[place + points] = middle - step;
-                widths.push([shifted[place] - middle, middle - shifted[place + points]]);
+                let step = relative_step * middle.abs().max(typical);
+                let place = k * total + (1 + sides * index) * points + point;
+                for (side, sign) in [1.0, -1.0].into_iter().enumerate().take(sides) {
+                    shifted[place + side * points] = middle + sign * step;
+                }
+                widths.push([0, sides - 1].map(|side| (shifted[place + side * points] - middle).abs()));
             }
         }
         let mut values = vec![0.0; states * total];
@@ -107,7 +114,8 @@ impl ExternalFunction {
             evaluated.rates.extend_from_slice(&row[..points]);
             for index in 0..wanted.len() {
                 for point in 0..points {
-                    let [up, down] = [1, 2].map(|side| row[(2 * index + side) * points + point]);
+                    let up = row[(1 + sides * index) * points + point];
+                    let down = if sides == 1 { f64::NAN } else { row[(2 + sides * index) * points + point] };
                     evaluated.derivatives.push(slope(row[point], [up, down], widths[index * points + point]));
                 }
             }
@@ -130,9 +138,10 @@ mod tests {
     //! Contract: finite differences agree with the derivatives of the function, also at the edge of where it is defined.
     use super::*;
 
-    struct Root;
+    /// The rate `k ln(1 + x)` for positive `x`; says whether it is costly.
+    struct Logarithm(bool);
 
-    impl ExternalRates for Root {
+    impl ExternalRates for Logarithm {
         fn states(&self) -> usize {
             1
         }
@@ -148,6 +157,10 @@ mod tests {
             false
         }
 
+        fn is_costly(&self) -> bool {
+            self.0
+        }
+
         fn typical_sizes(&self) -> &[f64] {
             &[1.0, 0.1, 1.0]
         }
@@ -155,13 +168,15 @@ mod tests {
 
     #[test]
     fn differences_are_accurate_and_one_sided_at_an_edge() {
-        let function = ExternalFunction(Arc::new(Root));
-        let arguments = [0.0, 0.0, 2.0, 0.0, 3.0, 3.0];
-        let found = function.evaluate(2, &arguments, &[1, 2]);
-        let expected = [1.0, 3.0, 3.0_f64.ln(), 0.0];
-        assert_eq!(found.rates, [3.0 * 3.0_f64.ln(), 0.0]);
-        for (found, expected) in found.derivatives.iter().zip(expected) {
-            assert!((found - expected).abs() < 1e-5, "{found} instead of {expected}");
+        for (is_costly, tolerance) in [(false, 1e-5), (true, 1e-6)] {
+            let function = ExternalFunction(Arc::new(Logarithm(is_costly)));
+            let arguments = [0.0, 0.0, 2.0, 0.0, 3.0, 3.0];
+            let found = function.evaluate(2, &arguments, &[1, 2]);
+            let expected = [1.0, 3.0, 3.0_f64.ln(), 0.0];
+            assert_eq!(found.rates, [3.0 * 3.0_f64.ln(), 0.0]);
+            for (found, expected) in found.derivatives.iter().zip(expected) {
+                assert!((found - expected).abs() < tolerance, "{found} instead of {expected}");
+            }
         }
     }
 }

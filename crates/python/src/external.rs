@@ -19,6 +19,10 @@ pub struct Function {
     states: usize,
     typical_sizes: Vec<f64>,
     has_derivatives: bool,
+    is_costly: bool,
+    /// Held during a call: a function may use objects that only one thread at a time may touch, such as a simulator,
+    /// and release the GIL meanwhile.
+    in_call: Mutex<()>,
 }
 
 impl Function {
@@ -28,7 +32,9 @@ impl Function {
             states: wrapper.getattr("states")?.extract()?,
             typical_sizes: wrapper.getattr("typical_sizes")?.extract()?,
             has_derivatives: wrapper.getattr("has_derivatives")?.extract()?,
+            is_costly: wrapper.getattr("is_costly")?.extract()?,
             wrapper: wrapper.clone().unbind(),
+            in_call: Mutex::new(()),
         })
     }
 
@@ -80,6 +86,11 @@ impl Calls {
         if self.has_ended.load(Ordering::Relaxed) {
             return;
         }
+        // Taken before the GIL, so that a thread that waits for it holds no lock of Python.
+        let in_call = self.function.in_call.lock().unwrap_or_else(PoisonError::into_inner);
+        if self.has_ended.load(Ordering::Relaxed) {
+            return;
+        }
         let done = Python::try_attach(|py| {
             let result = self.call_attached(py, method, points, arguments, into);
             if let Err(error) = result {
@@ -87,6 +98,7 @@ impl Calls {
                 self.raised.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
             }
         });
+        drop(in_call);
         // Without an interpreter the program is ending.
         if done.is_none() {
             self.stop();
@@ -130,6 +142,10 @@ impl ExternalRates for Calls {
             self.call("derivatives", points, arguments, derivatives);
         }
         self.function.has_derivatives
+    }
+
+    fn is_costly(&self) -> bool {
+        self.function.is_costly
     }
 
     fn typical_sizes(&self) -> &[f64] {

@@ -11,13 +11,14 @@ impl Lowering<'_> {
     /// Inputs and parameters are passed with the effects on them, and forces are the sums of the effects on them.
     pub(super) fn external_rate(&mut self, state: usize, smoothing: Smoothing) -> Id {
         let model = self.model;
+        let (inputs, forces) = model.external.as_ref().map_or((0, 0), |e| (e.inputs, e.forces.len()));
         let mut symbols = vec![Symbol::Time];
         symbols.extend((0..model.declared_states()).map(Symbol::State));
-        symbols.extend((0..model.inputs.len()).map(Symbol::Input));
+        symbols.extend((0..inputs).map(Symbol::Input));
         symbols.extend(model.external_parameters().map(Symbol::Parameter));
         let mut arguments: Vec<Id> =
             symbols.into_iter().map(|symbol| self.symbol(symbol, smoothing)).collect();
-        for force in 0..model.external.as_ref().map_or(0, |external| external.forces.len()) {
+        for force in 0..forces {
             arguments.push(self.force(force, smoothing));
         }
         let list = self.graph.arguments(&arguments);

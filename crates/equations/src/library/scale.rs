@@ -84,7 +84,7 @@ impl Scales {
         let mut rows: Vec<Vec<f64>> = Vec::with_capacity(points);
         for point in &self.points {
             let mut row = vec![point.time];
-            row.extend(point.state.iter().take(states).chain(&point.inputs));
+            row.extend(point.state.iter().take(states).chain(point.inputs.iter().take(external.inputs)));
             row.extend(model.external_parameters().map(|p| self.parameters.get(p).copied().unwrap_or(0.0)));
             row.extend(external.forces.iter().map(|_| 0.0));
             rows.push(row);

@@ -13,6 +13,8 @@ pub struct External {
     pub function: String,
     /// Length of a step, s, if the function advances the states by steps; `None` if it computes rates.
     pub step_s: Option<f64>,
+    /// Number of inputs that the function gets: those of the file, without inputs that stand for process noise.
+    pub inputs: usize,
     /// Generalised forces that effects can add to, 0 without effects.
     pub forces: Vec<Force>,
     /// The function; `None` in a model that was read from a text alone.
@@ -81,7 +83,8 @@ pub(super) fn read(file: &Item<'_, '_>, model: &Model) -> Result<Option<External
             forces.push(Force { name: name.to_owned(), position, speed });
         }
     }
-    Ok(Some(External { function: escaped_short(function), step_s, forces, rates: None }))
+    let (function, inputs) = (escaped_short(function), model.inputs.len());
+    Ok(Some(External { function, step_s, inputs, forces, rates: None }))
 }
 
 impl Model {

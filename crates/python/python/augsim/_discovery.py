@@ -12,7 +12,7 @@ from typing import Any
 
 from . import _augsim, _progress
 from ._errors import UsageError
-from ._model import Model, _opened, whole
+from ._model import Model, _opened, explained, whole
 from ._tables import source
 
 
@@ -156,18 +156,20 @@ def discover(
     if any(isinstance(names, str) for names in (groups, only, exclude, accept)):
         raise UsageError("groups, only, exclude and accept are lists of names; write ['name'] for one")
     reporter = _progress.reporter_for(progress)
+    opened = _opened(model)
     try:
-        found = _augsim.discover(
-            _opened(model),
-            source(data),
-            seed=whole("seed", seed),
-            groups=[str(group) for group in groups or ()],
-            null_runs=whole("null_runs", null_runs),
-            only=[str(effect) for effect in only],
-            exclude=[str(effect) for effect in exclude],
-            accept=[str(check) for check in accept],
-            progress=reporter,
-        )
+        with explained(opened):
+            found = _augsim.discover(
+                opened,
+                source(data),
+                seed=whole("seed", seed),
+                groups=[str(group) for group in groups or ()],
+                null_runs=whole("null_runs", null_runs),
+                only=[str(effect) for effect in only],
+                exclude=[str(effect) for effect in exclude],
+                accept=[str(check) for check in accept],
+                progress=reporter,
+            )
     finally:
         _progress.clear(reporter)
     return Discovery(found)

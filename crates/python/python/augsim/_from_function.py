@@ -46,16 +46,49 @@ def from_rates(
     return _augsim.Model.external(_declared.text(sections), wrapped)
 
 
+def from_step(
+    function: Callable[..., Any],
+    *,
+    dt: float,
+    states: Any,
+    parameters: Any,
+    outputs: Any,
+    inputs: Any = None,
+    forces: Mapping[str, tuple[str, str]] | None = None,
+    name: str | None = None,
+    scales: Mapping[str, float] | None = None,
+    more: Mapping[str, Any] | None = None,
+) -> _augsim.Model:
+    """See :meth:`augsim.Model.from_step`."""
+    if not isinstance(dt, (int, float)) or not 0.0 < dt < float("inf"):
+        raise UsageError(f"dt = {dt!r}: give the length of a step in seconds")
+    coordinates = {force: list(pair) for force, pair in _declared.declared("forces", forces).items()}
+    wrapped = _wrapped(function, name, (states, inputs, parameters, coordinates), None, scales, float(dt))
+    for force, pair in coordinates.items():
+        if len(pair) != 2 or any(state not in wrapped.names[0] for state in pair):
+            raise UsageError(f"forces: `{force}` = {pair!r}: give the states that are its position and speed, in this order")
+    wrapped.try_out(_trial(wrapped, _declared.declared("parameters", parameters)))
+    known = {position: speed for position, speed in coordinates.values()}
+    sections = _sections(wrapped.name, (states, parameters, outputs, inputs), known, more)
+    sections["rates"] = {state: f"external_rate({state})" for state in wrapped.names[0]}
+    sections["external"] = {"function": wrapped.name, "step_s": float(dt)}
+    if coordinates:
+        sections["external"]["forces"] = coordinates
+    return _augsim.Model.external(_declared.text(sections), wrapped)
+
+
 def _wrapped(
     function: Any,
     name: str | None,
     given: tuple[Any, Any, Any, Any],
     jacobian: Any,
     scales: Mapping[str, float] | None,
+    step_s: float | None = None,
 ) -> Function:
     for what, value in (("the function", function), ("jacobian", jacobian)):
         if not callable(value) and not (what == "jacobian" and value is None):
-            raise UsageError(f"{what} is of type {type(value).__name__}; give a function f(t, x, u, p)")
+            call = "f(t, x, u, p)" if step_s is None else "f(x, u, p, dt)"
+            raise UsageError(f"{what} is of type {type(value).__name__}; give a function {call}")
     name = name or getattr(function, "__name__", type(function).__name__)
     whats = ("states", "inputs", "parameters", "forces")
     names = tuple(list(_declared.declared(what, value)) for what, value in zip(whats, given))
@@ -70,7 +103,7 @@ def _wrapped(
     for quantity in (*states, *inputs, *parameters, *forces):
         default = nominal.get(quantity) or DEFAULT_SIZE
         typical.append(float(sizes.get(quantity, default)))
-    return Function(function, name, (states, inputs, parameters, forces), jacobian, typical)
+    return Function(function, name, (states, inputs, parameters, forces), jacobian, typical, step_s)
 
 
 def _trial(wrapped: Function, parameters: Mapping[str, Any]) -> np.ndarray:

@@ -51,10 +51,11 @@ class Named(Sequence[Any]):
 
 
 class Function:
-    """Calls ``function(t, x, u, p)``, which returns the rates, for all points of a batch.
+    """Calls ``function(t, x, u, p)``, which returns the rates, or ``function(x, u, p, dt)``, which returns the next states.
 
-    ``names`` are those of the states, inputs and parameters. ``inputs`` that are forces come last. The engine passes the
-    arguments as bytes of an array ``[argument, point]``: time, states, inputs, parameters, forces.
+    ``names`` are those of the states, inputs, parameters and forces. In ``u`` the forces come after the inputs. The engine passes
+    the arguments as bytes of an array ``[argument, point]``: time, states, inputs, parameters, forces; and gets rates: those of
+    a step are ``(next - x) / dt``.
     """
 
     def __init__(
@@ -64,12 +65,15 @@ class Function:
         names: tuple[list[str], list[str], list[str], list[str]],
         jacobian: Callable[..., Any] | None,
         typical_sizes: list[float],
+        step_s: float | None = None,
     ) -> None:
         self.function = function
         self.name = name
         self.names = names
         self.jacobian = jacobian
         self.typical_sizes = typical_sizes
+        #: Length of a step, s; ``None`` for a function that returns rates.
+        self.step_s = step_s
         self.is_vectorised = True
         #: Where the function first returned NaN or an infinite number for finite arguments; ``None`` if it never did.
         self.first_failure: str | None = None
@@ -87,9 +91,16 @@ class Function:
         """Whether the user gave a Jacobian."""
         return self.jacobian is not None
 
+    @property
+    def is_costly(self) -> bool:
+        """Whether finite differences are one-sided: a simulator computes points one after the other."""
+        return self.step_s is not None or not self.is_vectorised
+
     def rates(self, points: int, buffer: Any) -> bytes:
         """The bytes of the rates ``[state, point]``."""
         arguments = np.frombuffer(buffer).reshape(-1, points)
+        # A function that changed its arguments would change the start of its own step.
+        arguments.flags.writeable = False
         rates = self.of(arguments)
         if self.first_failure is None and not np.isfinite(rates).all():
             self._note_failure(arguments, rates)
@@ -99,12 +110,19 @@ class Function:
         """The rates ``[state, point]`` for arguments ``[argument, point]``."""
         with np.errstate(all="ignore"):
             if self.is_vectorised:
-                return self._checked(self._called(self.function, *self._split(arguments)), arguments.shape[1])
+                return self._rates_at(arguments)
             rates = np.empty((self.states, arguments.shape[1]))
             for point in range(arguments.shape[1]):
-                row = self._checked(self._called(self.function, *self._split(arguments[:, point])), None)
-                rates[:, point] = row
+                rates[:, point] = self._rates_at(arguments[:, point])
             return rates
+
+    def _rates_at(self, arguments: np.ndarray) -> np.ndarray:
+        """The rates at many points ``[argument, point]``, or at one ``[argument]``."""
+        t, x, u, p = self._split(arguments)
+        points = None if arguments.ndim == 1 else arguments.shape[1]
+        if self.step_s is None:
+            return self._checked(self._called(self.function, t, x, u, p), points)
+        return (self._checked(self._called(self.function, x, u, p, self.step_s), points) - x) / self.step_s
 
     def derivatives(self, points: int, buffer: Any) -> bytes:
         """The bytes of the derivatives ``[state, argument, point]``, from the user's Jacobian."""
@@ -136,7 +154,8 @@ class Function:
         try:
             return function(*arguments)
         except Exception as error:
-            error.add_note(f"augsim called {self.name} with {_described(arguments)}")
+            x = arguments[0 if self.step_s is not None else 1]
+            error.add_note(f"augsim called {self.name} with x of shape {np.shape(x)}")
             raise
 
     def _checked(self, rates: Any, points: int | None) -> np.ndarray:
@@ -163,7 +182,8 @@ class Function:
     def _wanted(self, shape: tuple[int, ...]) -> str:
         states = ", ".join(self.names[0])
         at = "" if len(shape) == 1 else f" at {shape[1]} points"
-        return f"it must return the rates of {states}{at}, an array of shape {shape}"
+        what = "rates" if self.step_s is None else "next values"
+        return f"it must return the {what} of {states}{at}, an array of shape {shape}"
 
     def _put(self, jacobian: Any, into: np.ndarray) -> None:
         """Writes a Jacobian ``(by states, by inputs, by parameters)`` to ``[state, argument, …]``."""
@@ -232,9 +252,3 @@ class Function:
             stacklevel=4,
         )
         return rates
-
-
-def _described(arguments: tuple[Any, ...]) -> str:
-    t, x = arguments[:2]
-    points = "one point" if np.ndim(t) == 0 else f"{len(t)} points"
-    return f"{points}, x of shape {np.shape(x)}"

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from . import _augsim
-from ._errors import UsageError
+from ._errors import Error, UsageError
 from ._tables import numbers, source
 
 
@@ -111,6 +112,47 @@ class Model:
             )
         )
 
+    @classmethod
+    def from_step(
+        cls,
+        function: Callable[..., Any],
+        *,
+        dt: float,
+        states: Any,
+        parameters: Any,
+        outputs: Any,
+        inputs: Any = None,
+        forces: Mapping[str, tuple[str, str]] | None = None,
+        name: str | None = None,
+        scales: Mapping[str, float] | None = None,
+        **more: Any,
+    ) -> Model:
+        """Makes a model of a simulator that steps: ``function(x, u, p, dt)`` returns the states after ``dt`` seconds.
+
+        ``x`` and the result are arrays ``[state, point]``; ``u`` has the inputs, then the ``forces``, and ``p`` the parameters, as in
+        :meth:`from_rates`, whose other arguments are the same. An interval between samples is a whole number of steps of ``dt``.
+
+        ``forces`` names generalised forces that the function takes in ``u``, each with the states that are position and speed of
+        its coordinate: ``{"shoulder_N_m": ("q1_rad", "w1_rad_s")}``. They are 0 in the declared model, and effects such as friction
+        are added to them. Without forces, effects are added to the rates ``(next - x) / dt``.
+        """
+        from ._from_function import from_step
+
+        return cls._of(
+            from_step(
+                function,
+                dt=dt,
+                states=states,
+                parameters=parameters,
+                outputs=outputs,
+                inputs=inputs,
+                forces=forces,
+                name=name,
+                scales=scales,
+                more=more,
+            )
+        )
+
     @property
     def scenario(self) -> str:
         """``ball``, ``push`` or ``system``."""
@@ -132,7 +174,8 @@ class Model:
         """
         if isinstance(accept, str):
             raise UsageError("accept is a list of names; write ['name'] for one")
-        fitted, found = self._inner.fit(source(data), accept=[str(check) for check in accept])
+        with explained(self._inner):
+            fitted, found = self._inner.fit(source(data), accept=[str(check) for check in accept])
         return Fit(Model._of(fitted), found)
 
     def simulate(
@@ -171,7 +214,8 @@ class Model:
         wide = [(name, np.repeat(v, batch) if len(v) == 1 else v) for name, v in rows.items()]
         streams = [(name, _one_dimension(f"input `{name}`", value)) for name, value in (inputs or {}).items()]
         samples, seed = whole("samples", samples), whole("seed", seed)
-        memory, shape, columns = self._inner.simulate(wide, _one_dimension("times", times), streams, samples, seed)
+        with explained(self._inner):
+            memory, shape, columns = self._inner.simulate(wide, _one_dimension("times", times), streams, samples, seed)
         return np.frombuffer(memory).reshape(*shape, len(columns)), columns
 
     def __repr__(self) -> str:
@@ -187,6 +231,20 @@ def _opened(model: Any) -> _augsim.Model:
     if isinstance(model, (str, os.PathLike)):
         return _augsim.Model.read(os.fspath(model))
     raise UsageError(f"a model of type {type(model).__name__}: give a path, the text of a model file, or an augsim.Model")
+
+
+@contextmanager
+def explained(model: _augsim.Model) -> Iterator[None]:
+    """Adds to an error where the function of the model first returned a number that is not finite."""
+    function = model.function()
+    if function is not None:
+        function.first_failure = None
+    try:
+        yield
+    except Error as error:
+        if function is None or function.first_failure is None:
+            raise
+        raise type(error)(f"{error}; {function.first_failure}") from None
 
 
 def _one_dimension(place: str, values: Any) -> np.ndarray:

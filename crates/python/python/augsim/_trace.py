@@ -166,6 +166,8 @@ def formulas(function: Function, trial: np.ndarray, rates: np.ndarray) -> list[s
         return None
     for symbol, expected in zip(found, rates):
         values = np.broadcast_to(symbol.values, expected.shape)
-        if not (np.abs(values - expected) <= TOLERANCE * (np.abs(expected) + np.abs(values).max())).all():
+        size = np.abs(expected) + np.nanmax(np.abs(values), initial=0.0)
+        both_undefined = np.isnan(values) & np.isnan(expected)
+        if not (both_undefined | (np.abs(values - expected) <= TOLERANCE * size)).all():
             return None
     return [symbol.text for symbol in found]
