@@ -1,5 +1,6 @@
 //! Functions of Python that compute the rates of a model.
 
+use crate::known_threads;
 use crate::numbers::memory;
 use augsim_equations::{ExternalFunction, ExternalRates};
 use augsim_session::Subject;
@@ -7,7 +8,7 @@ use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 /// A function of Python for the rates of a model, as the Python package has wrapped it.
 ///
@@ -44,8 +45,18 @@ impl Function {
     }
 }
 
-/// Stack size of the threads that call functions, in bytes, as for a main thread.
-const STACK: usize = 8 << 20;
+/// The operations with a function that are not over yet.
+static BEGUN: Mutex<Vec<Weak<Calls>>> = Mutex::new(Vec::new());
+
+/// Ends all operations with a function, before the interpreter ends: no thread may call Python after that.
+///
+/// Waits for at most [`known_threads::MAX_WAIT`]; a function that takes longer is left alone.
+#[pyfunction]
+pub fn end_functions(py: Python<'_>) {
+    let begun = std::mem::take(&mut *BEGUN.lock().unwrap_or_else(PoisonError::into_inner));
+    begun.iter().filter_map(Weak::upgrade).for_each(|calls| calls.stop());
+    py.detach(known_threads::wait_for_end);
+}
 
 /// The calls of a function during one operation, such as a fit.
 ///
@@ -60,8 +71,12 @@ pub struct Calls {
 
 impl Calls {
     /// Begins an operation.
-    pub fn new(function: Arc<Function>) -> Self {
-        Calls { function, has_ended: AtomicBool::new(false), raised: Mutex::new(None) }
+    pub fn new(function: Arc<Function>) -> Arc<Self> {
+        let calls = Arc::new(Calls { function, has_ended: AtomicBool::new(false), raised: Mutex::new(None) });
+        let mut begun = BEGUN.lock().unwrap_or_else(PoisonError::into_inner);
+        begun.retain(|other| other.strong_count() > 0);
+        begun.push(Arc::downgrade(&calls));
+        calls
     }
 
     /// The function that is called.
@@ -165,7 +180,7 @@ impl Operation {
     /// Begins an operation on a model.
     pub fn new(subject: &Subject, function: Option<&Arc<Function>>) -> Self {
         let mut subject = subject.clone();
-        let calls = function.map(|function| Arc::new(Calls::new(Arc::clone(function))));
+        let calls = function.map(|function| Calls::new(Arc::clone(function)));
         if let (Subject::Equations(model), Some(calls)) = (&mut subject, &calls)
             && let Some(external) = &mut model.external
         {
@@ -186,7 +201,7 @@ impl Operation {
     pub fn run<T: Send>(&self, work: impl FnOnce() -> anyhow::Result<T> + Send) -> anyhow::Result<T> {
         match &self.calls {
             None => work(),
-            Some(_) => on_known_threads(rayon::current_num_threads(), work)?,
+            Some(_) => known_threads::run(rayon::current_num_threads(), work)?,
         }
     }
 
@@ -204,23 +219,4 @@ impl Operation {
         }
         calls.raised(py).map_or(result, Err)
     }
-}
-
-/// Runs work on threads that stay known to Python, so that a call of a function costs little.
-///
-/// A thread that Python does not know gets a new state for each call, which takes longer than a short function.
-///
-/// # Errors
-/// The threads cannot be started.
-pub fn on_known_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> anyhow::Result<T> {
-    let spawn = |thread: rayon::ThreadBuilder| {
-        let mut builder = std::thread::Builder::new().name("augsim-function".to_owned());
-        if let Some(bytes) = thread.stack_size() {
-            builder = builder.stack_size(bytes);
-        }
-        let run = move || Python::try_attach(|py| py.detach(|| thread.run()));
-        builder.spawn(run).map(drop)
-    };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK).spawn_handler(spawn);
-    Ok(pool.build()?.install(work))
 }

@@ -7,6 +7,7 @@ mod discovery;
 mod error;
 mod external;
 mod generated;
+mod known_threads;
 mod model;
 mod numbers;
 mod run;
@@ -20,6 +21,8 @@ use pyo3::prelude::*;
 mod _augsim {
     #[pymodule_export]
     use super::discovery::{Discovery, discover};
+    #[pymodule_export]
+    use super::external::end_functions;
     #[pymodule_export]
     use super::generated::{Laboratory, drops, pushes};
     #[pymodule_export]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -10,6 +11,9 @@ import numpy as np
 from . import _augsim, _declared, _trace
 from ._errors import ModelError, UsageError
 from ._function import TRIAL_POINTS, Function
+
+# A thread that called Python after its end would abort the program.
+atexit.register(_augsim.end_functions)
 
 #: Typical size of a quantity without one of its own, below which the step of a finite difference does not shrink.
 DEFAULT_SIZE = 0.01

@@ -227,6 +227,7 @@ class Function:
 
         Raises the exception of the function if it takes neither many points nor one.
         """
+        trial.flags.writeable = False
         problem: Exception
         try:
             together = self.of(trial)
