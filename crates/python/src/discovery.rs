@@ -13,6 +13,7 @@ use augsim_session::provenance::fingerprint;
 use augsim_session::{DataFrom, DiscoverRequest, ReportContext, Subject};
 use pyo3::prelude::*;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 /// Width in pixels of a figure that is exported alone.
 const FIGURE_WIDTH: f64 = 640.0;
@@ -29,7 +30,7 @@ pub struct Discovery {
 
 /// Searches for the effects that a model lacks to explain the data.
 #[pyfunction]
-#[pyo3(signature = (model, data, *, seed, groups, null_runs, only, exclude, accept, progress))]
+#[pyo3(signature = (model, data, *, seed, groups, null_runs, library, only, exclude, accept, time_limit, threads, progress))]
 #[expect(clippy::too_many_arguments, reason = "all but two are keywords of Python")]
 pub fn discover(
     py: Python<'_>,
@@ -38,15 +39,19 @@ pub fn discover(
     seed: u64,
     groups: Vec<String>,
     null_runs: usize,
+    library: bool,
     only: Vec<String>,
     exclude: Vec<String>,
     accept: Vec<String>,
+    time_limit: Option<Duration>,
+    threads: Option<usize>,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Discovery> {
     let accept = accepted(&accept).map_err(|e| raised(py, &e))?;
     let accepted = accept.iter().copied().collect();
     let effects = AllowedEffects { only, exclude };
-    let options = Options { seed, null_runs, accepted, effects, ..Options::default() };
+    let until = time_limit.and_then(|limit| Instant::now().checked_add(limit));
+    let options = Options { seed, null_runs, accepted, library, effects, until };
     let request = DiscoverRequest { groups, accept, options };
     let (operation, path, data) = (model.begin(), model.path.clone(), data.from.clone());
     let at_work = operation.clone();
@@ -55,8 +60,8 @@ pub fn discover(
             line.end_if_stopped();
             line.step(step.describe().to_owned(), Some(step.fraction()));
         };
-        let found =
-            at_work.run(|| augsim_session::discover(&at_work.subject, &data, &request, &mut report))?;
+        let found = at_work
+            .run(threads, || augsim_session::discover(&at_work.subject, &data, &request, &mut report))?;
         Ok(Discovery { found, operation: at_work, model: path, data, request })
     });
     operation.finish(py, result)

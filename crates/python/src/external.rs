@@ -194,14 +194,23 @@ impl Operation {
         self.calls.as_ref().map(|calls| Arc::clone(calls.function()))
     }
 
-    /// Runs the work of the operation on threads from which its function can be called at little cost.
+    /// Runs the work of the operation on this number of threads; `None` for as many as there are cores.
+    ///
+    /// The functions of Python can be called from them at little cost.
     ///
     /// # Errors
     /// That of the work, or threads cannot be started.
-    pub fn run<T: Send>(&self, work: impl FnOnce() -> anyhow::Result<T> + Send) -> anyhow::Result<T> {
-        match &self.calls {
-            None => work(),
-            Some(_) => known_threads::run(rayon::current_num_threads(), work)?,
+    pub fn run<T: Send>(
+        &self,
+        threads: Option<usize>,
+        work: impl FnOnce() -> anyhow::Result<T> + Send,
+    ) -> anyhow::Result<T> {
+        match (&self.calls, threads) {
+            (None, None) => work(),
+            (None, Some(threads)) => {
+                rayon::ThreadPoolBuilder::new().num_threads(threads).build()?.install(work)
+            }
+            (Some(_), _) => known_threads::run(threads.unwrap_or_else(rayon::current_num_threads), work)?,
         }
     }
 

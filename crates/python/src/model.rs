@@ -4,9 +4,13 @@ use crate::background;
 use crate::error::{raised, unlocked};
 use crate::external::{Function, Operation};
 use crate::numbers::{Numbers, memory};
-use crate::source::{Source, accepted};
+use crate::source::{Data, Source, accepted};
+use augsim_discovery::PredictOptions;
 use augsim_session::Subject;
 use augsim_session::equations::fitted::calibrate;
+use augsim_session::export::{Language, export};
+use augsim_session::predict::predict;
+use augsim_session::predict::table::bands;
 use augsim_session::simulate::{MAX_SERIAL_VALUES, Plan, simulate};
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
@@ -98,7 +102,7 @@ impl Model {
         let file = self.path.as_ref().map_or_else(|| "model".to_owned(), |path| path.display().to_string());
         let at_work = operation.clone();
         let result = background::run(py, None, move |_| {
-            at_work.run(|| {
+            at_work.run(None, || {
                 let subject = &at_work.subject;
                 let (fitted, answer) = calibrate(subject, &file, &data, accept, None, &mut |_, _| {})?;
                 Ok((fitted, serde_json::to_string_pretty(&answer)?))
@@ -107,6 +111,56 @@ impl Model {
         let (fitted, json) = operation.finish(py, result)?;
         let (subject, function) = (Subject::Equations(Box::new(fitted)), self.function.clone());
         Ok((Model { subject, path: None, function }, json))
+    }
+
+    /// Returns a model of equations with other values of the named parameters, which the caller has checked.
+    ///
+    /// A fitted interval of such a parameter no longer applies and is removed.
+    fn with_parameters(&self, py: Python<'_>, values: Vec<(String, f64)>) -> PyResult<Model> {
+        let mut subject = self.subject.clone();
+        if let Subject::Equations(model) = &mut subject {
+            for (name, value) in &values {
+                for parameter in model.parameters.iter_mut().filter(|parameter| parameter.name == *name) {
+                    (parameter.nominal, parameter.ci95) = (*value, None);
+                }
+            }
+            model.covariance = None;
+            // Read again, so that the text of the model has the values as well.
+            **model = unlocked(py, || Ok(model.parse_changed(&model.to_toml()?)?))?;
+        }
+        Ok(Model { subject, path: None, function: self.function.clone() })
+    }
+
+    /// Returns the model as a text in another language: `latex`, `python`, `c`, `urdf` or `mjcf`.
+    fn export(&self, py: Python<'_>, language: &str) -> PyResult<Option<String>> {
+        let language = match language {
+            "latex" => Language::Latex,
+            "python" => Language::Python,
+            "c" => Language::C,
+            "urdf" => Language::Urdf,
+            "mjcf" => Language::Mjcf,
+            _ => return Ok(None),
+        };
+        unlocked(py, || Ok(Some(export(&self.subject, language)?)))
+    }
+
+    /// Predicts every trajectory of the data; returns mean, median, and the ends of the 50 % and 90 % bands of each column.
+    #[pyo3(signature = (data, *, burn_in, samples, seed))]
+    fn predict(
+        &self,
+        py: Python<'_>,
+        data: &Source,
+        burn_in: usize,
+        samples: usize,
+        seed: u64,
+    ) -> PyResult<Data> {
+        let (operation, data) = (self.begin(), data.from.clone());
+        let options = PredictOptions { seed, draws: samples, only: None };
+        let at_work = operation.clone();
+        let result = background::run(py, None, move |_| {
+            at_work.run(None, || Ok(bands(&predict(&at_work.subject, &data, burn_in, &options)?)?))
+        });
+        Data::from_dataset(py, operation.finish(py, result)?)
     }
 
     /// Simulates trajectories. Returns the values `[trajectory, sample, time, column]`, the first three sizes

@@ -1,6 +1,7 @@
 """Extension module. Use the package `augsim`, which wraps it with checks and docstrings."""
 
 from collections.abc import Callable
+from datetime import timedelta
 from os import PathLike
 from typing import Any
 
@@ -35,6 +36,9 @@ class Model:
     @staticmethod
     def external(text: str, function: Any) -> Model: ...
     def function(self) -> Any: ...
+    def with_parameters(self, values: list[tuple[str, float]]) -> Model: ...
+    def export(self, language: str) -> str | None: ...
+    def predict(self, data: Source, *, burn_in: int, samples: int, seed: int) -> Data: ...
     def fit(self, data: Source, *, accept: list[str]) -> tuple[Model, str]: ...
     def simulate(
         self,
@@ -106,9 +110,12 @@ def discover(
     seed: int,
     groups: list[str],
     null_runs: int,
+    library: bool,
     only: list[str],
     exclude: list[str],
     accept: list[str],
+    time_limit: timedelta | None,
+    threads: int | None,
     progress: Callable[[str, float | None], Any] | None,
 ) -> Discovery: ...
 def end_functions() -> None: ...
