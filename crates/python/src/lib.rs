@@ -10,6 +10,7 @@ mod generated;
 mod known_threads;
 mod model;
 mod numbers;
+mod robot;
 mod run;
 mod source;
 mod stepper;
@@ -27,6 +28,8 @@ mod _augsim {
     use super::generated::{Laboratory, drops, pushes};
     #[pymodule_export]
     use super::model::Model;
+    #[pymodule_export]
+    use super::robot::from_robot;
     #[pymodule_export]
     use super::run::{Run, read_run, train};
     #[pymodule_export]

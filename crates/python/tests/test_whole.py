@@ -135,3 +135,17 @@ def test_limits_of_a_discovery(data):
     assert short.verdict
     with pytest.raises(augsim.UsageError, match="time_limit = 'soon': give seconds"):
         augsim.discover(model, data, time_limit="soon")
+
+
+def test_a_robot_is_made_as_by_the_command_line(root, augsim_command, tmp_path):
+    example = root / "fixtures" / "robots" / "example"
+    model = augsim.from_robot(example / "arm.urdf", example / "log.csv", tmp_path / "arm", free=["viscous"])
+    augsim_command("model", "from-robot", example / "arm.urdf", example / "log.csv", "--free", "viscous", "--out", tmp_path / "same")
+    for name in ("model.toml", "data.csv", "arm.urdf"):
+        written = (tmp_path / "arm" / name).read_text(), (tmp_path / "same" / name).read_text()
+        assert written[0] == written[1], name
+    assert model.to_toml() == (tmp_path / "arm" / "model.toml").read_text()
+    with pytest.raises(augsim.UsageError, match="there is no group 'masses'; there are: inertias, armature, viscous"):
+        augsim.from_robot(example / "arm.urdf", example / "log.csv", tmp_path, free=["masses"])
+    with pytest.raises(augsim.DataError, match="absent.urdf"):
+        augsim.from_robot(tmp_path / "absent.urdf", example / "log.csv", tmp_path)

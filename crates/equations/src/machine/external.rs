@@ -1,6 +1,5 @@
 //! Calls an external function for the lanes of a block.
 
-use super::run::Registers;
 use crate::compile::ExternalCall;
 use crate::external::ExternalFunction;
 
@@ -10,7 +9,7 @@ use crate::external::ExternalFunction;
 pub(super) fn call<const L: usize>(
     function: &ExternalFunction,
     call: &ExternalCall,
-    registers: &mut Registers<L>,
+    registers: &mut [[f64; L]],
 ) {
     let mut points = 0;
     let mut point_of_lane = [0; L];

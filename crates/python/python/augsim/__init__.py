@@ -13,6 +13,7 @@ from ._data import Data, read
 from ._discovery import Discovery, Figures, discover
 from ._errors import DataError, Error, ModelError, NumericalError, UsageError
 from ._model import Fit, Model, Parameter, Parameters
+from ._robot import from_robot
 from ._run import Run, train
 from ._stepper import Stepper
 
@@ -33,6 +34,7 @@ __all__ = [
     "UsageError",
     "__version__",
     "discover",
+    "from_robot",
     "generate",
     "read",
     "train",

@@ -119,3 +119,15 @@ def discover(
     progress: Callable[[str, float | None], Any] | None,
 ) -> Discovery: ...
 def end_functions() -> None: ...
+def from_robot(
+    robot: str | PathLike[str],
+    log: Source,
+    folder: str | PathLike[str],
+    *,
+    joints: list[str],
+    positions: list[tuple[str, str]],
+    torques: list[tuple[str, str]],
+    is_forward: bool | None,
+    gravity: tuple[float, float, float] | None,
+    free: tuple[bool, bool, bool],
+) -> tuple[Model, list[str]]: ...
