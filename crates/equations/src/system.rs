@@ -6,7 +6,6 @@ use crate::compile::{
 use crate::error::{Fault, ModelError, Place};
 use crate::machine::Machine;
 use crate::model::{Direction, Model};
-use pulp::Arch;
 use std::collections::BTreeMap;
 
 /// A compiled system, which simulates windows with their derivatives.
@@ -159,11 +158,7 @@ impl System {
             resets: reset_results.iter().map(&mut complete).collect(),
             model: model.clone(),
             active: active.to_vec(),
-            machine: Machine {
-                arch: Arch::new(),
-                tables: model.tables.clone(),
-                external: model.external.as_ref().and_then(|external| external.rates.clone()),
-            },
+            machine: Machine::new(model),
             parameter_section,
             rates,
             outputs,

@@ -192,6 +192,16 @@ def test_a_function_that_changes_its_arguments_is_one_error(decays):
         augsim.Model.from_rates(careless, **SMALL)
 
 
+def test_differences_that_depend_on_their_step_are_one_error():
+    def rippled(t, x, u, p):
+        return decay(t, x, u, p) + 1e-4 * np.sin(1e9 * x)
+
+    with pytest.raises(augsim.ModelError, match="rate of `x_m` by `x_m` in rippled depends on its step of 7e-06; give the typical size"):
+        augsim.Model.from_rates(rippled, **SMALL)
+    with_jacobian = lambda t, x, u, p: ((-p["rate_per_s"] + 0.0 * x)[:, None], np.empty((1, 0, x.shape[1])), (-x)[:, None])  # noqa: E731
+    assert augsim.Model.from_rates(rippled, jacobian=with_jacobian, **SMALL).scenario == "system"
+
+
 def test_names_that_do_not_exist_are_named():
     with pytest.raises(KeyError, match="no value is called 'lenght_m'; there are: rate_per_s"):
         augsim.Model.from_rates(lambda t, x, u, p: x * p["lenght_m"], **SMALL)

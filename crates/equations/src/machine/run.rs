@@ -5,7 +5,7 @@
 use super::evaluate;
 use crate::compile::{Code, Section};
 use crate::external::ExternalFunction;
-use crate::model::Table;
+use crate::model::{Model, Table};
 use pulp::{Arch, Simd, WithSimd};
 
 /// Registers of a block of windows: each holds one number for each of `L` lanes.
@@ -21,6 +21,12 @@ pub(crate) struct Machine {
 }
 
 impl Machine {
+    /// Finds the instruction set of this computer, and takes tables and external function of a model.
+    pub(crate) fn new(model: &Model) -> Self {
+        let external = model.external.as_ref().and_then(|external| external.rates.clone());
+        Machine { arch: Arch::new(), tables: model.tables.clone(), external }
+    }
+
     /// Runs `work` on blocks of `L` windows, with code for the best instruction set of this computer.
     ///
     /// Fewer than 8 lanes do not fill a vector of AVX-512, so they run on AVX2 there as well. The results

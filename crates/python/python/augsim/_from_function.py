@@ -46,6 +46,8 @@ def from_rates(
         except ModelError:
             # A formula that a model file does not take, such as one with inconsistent units; the function takes it.
             pass
+    if jacobian is None:
+        wrapped.check_differences(trial, rates)
     sections["external"] = {"function": wrapped.name}
     return _augsim.Model.external(_declared.text(sections), wrapped)
 
@@ -71,7 +73,8 @@ def from_step(
     for force, pair in coordinates.items():
         if len(pair) != 2 or any(state not in wrapped.names[0] for state in pair):
             raise UsageError(f"forces: `{force}` = {pair!r}: give the states that are its position and speed, in this order")
-    wrapped.try_out(_trial(wrapped, _declared.declared("parameters", parameters)))
+    trial = _trial(wrapped, _declared.declared("parameters", parameters))
+    wrapped.check_differences(trial, wrapped.try_out(trial))
     known = {position: speed for position, speed in coordinates.values()}
     sections = _sections(wrapped.name, (states, parameters, outputs, inputs), known, more)
     sections["rates"] = {state: f"external_rate({state})" for state in wrapped.names[0]}

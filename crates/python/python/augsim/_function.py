@@ -16,6 +16,12 @@ TRIAL_POINTS = 13
 BATCH_TOLERANCE = 1e-9
 
 
+#: Relative steps of the engine's finite differences: central ones, and one-sided ones of a costly function.
+CENTRAL_STEP, ONE_SIDED_STEP = 2.0**-17, 2.0**-24
+#: Largest change of a derivative, relative to the largest one, when the step is eight times as long.
+STEP_TOLERANCE = 1e-3
+
+
 class Named(Sequence[Any]):
     """Values of inputs or parameters, by name (``p["length_m"]``) or by position (``p[0]``).
 
@@ -221,6 +227,33 @@ class Function:
             names = ["t", *states, *inputs, *parameters, *forces]
             values = ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, arguments[:, point]))
             self.first_failure = f"{self.name} returned a rate of `{state}` that is not finite at {values}"
+
+    def check_differences(self, trial: np.ndarray, rates: np.ndarray) -> None:
+        """Checks that finite differences at the points ``trial``, with ``rates``, hardly depend on their step."""
+        states, inputs, parameters, forces = self.names
+        finite = np.isfinite(rates).all(axis=0)
+        for row, name in enumerate(["t", *states, *inputs, *parameters, *forces]):
+            size = np.maximum(np.abs(trial[row]), self.typical_sizes[row])
+            step = (ONE_SIDED_STEP if self.is_costly else CENTRAL_STEP) * size
+            near, far = (self._difference(trial, rates, row, length) for length in (step, 8.0 * step))
+            largest = np.abs(near[:, finite]).max(axis=1, initial=0.0) + 1e-6 * np.abs(rates[:, finite]).max(initial=0.0) / size.max()
+            # Where the function has a kink the differences disagree as well, but not at most of the points.
+            change = np.nanmedian(np.abs(far - near)[:, finite], axis=1) if finite.any() else np.zeros(len(rates))
+            if row > 0 and (change > STEP_TOLERANCE * largest).any():
+                state = states[int(np.argmax(change / (largest + 1e-300)))]
+                raise ModelError(
+                    f"the finite difference of the rate of `{state}` by `{name}` in {self.name} depends on its step of {step.max():.1g}; "
+                    f"give the typical size of `{name}` in scales, or a jacobian, and remove random numbers from the function"
+                )
+
+    def _difference(self, trial: np.ndarray, rates: np.ndarray, row: int, step: np.ndarray) -> np.ndarray:
+        moved = trial.copy()
+        moved[row] = trial[row] + step
+        up = self.of(moved)
+        if self.is_costly:
+            return (up - rates) / step
+        moved[row] = trial[row] - step
+        return (up - self.of(moved)) / (2.0 * step)
 
     def try_out(self, trial: np.ndarray) -> np.ndarray:
         """Finds out whether the function takes many points at once; returns the rates at the points ``trial``.
