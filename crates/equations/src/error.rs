@@ -203,6 +203,8 @@ pub enum Fault {
     NonSiEnding { ending: String, si_name: String },
     #[error("{cause}")]
     Robot { cause: String },
+    #[error("{cause}")]
+    External { cause: String },
     #[error("the value must be positive, but {found:?} is given")]
     NotPositive { found: f64 },
     #[error("the value must be 0 or more, but {found:?} is given")]

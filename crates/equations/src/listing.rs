@@ -110,8 +110,11 @@ impl Listing {
     /// Compiles a model and lists its equations.
     ///
     /// # Errors
-    /// Those of [`System::compile`].
+    /// Those of [`System::compile`], and a model whose rates an external function computes.
     pub fn new(model: &Model) -> Result<Listing, ModelError> {
+        if let Some(external) = &model.external {
+            return Err(external.not_exported(model));
+        }
         let system = System::compile(model, &[])?;
         let reader = Reader::new(&system);
         let derivatives = |gradient: &Gradient| reader.derivatives(gradient);
@@ -168,6 +171,7 @@ impl<'s> Reader<'s> {
         let section = Section {
             body: gradient.section.body.clone(),
             results: known.iter().map(|(register, ..)| *register).collect(),
+            calls: Vec::new(),
         };
         let entries = known.iter().map(|(_, row, variable)| (*row, *variable)).collect();
         Derivatives { routine: self.routine(&section), entries }

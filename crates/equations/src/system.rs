@@ -6,7 +6,6 @@ use crate::compile::{
 use crate::error::{Fault, ModelError, Place};
 use crate::machine::Machine;
 use crate::model::{Direction, Model};
-use pulp::Arch;
 use std::collections::BTreeMap;
 
 /// A compiled system, which simulates windows with their derivatives.
@@ -100,6 +99,9 @@ impl System {
     /// that does not end its own condition.
     pub fn compile(model: &Model, active: &[usize]) -> Result<System, ModelError> {
         check_low_pass(model)?;
+        if let Some(external) = model.external.as_ref().filter(|external| external.rates.is_none()) {
+            return Err(external.missing(model));
+        }
         let mut lowering = Lowering::new(model);
         let (rates, outputs) = (lowering.rates(), lowering.outputs());
         let (conditions, resets, rest_ends) = lower_events(model, &mut lowering);
@@ -156,7 +158,7 @@ impl System {
             resets: reset_results.iter().map(&mut complete).collect(),
             model: model.clone(),
             active: active.to_vec(),
-            machine: Machine { arch: Arch::new(), tables: model.tables.clone() },
+            machine: Machine::new(model),
             parameter_section,
             rates,
             outputs,

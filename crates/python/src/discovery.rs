@@ -2,6 +2,7 @@
 
 use crate::background;
 use crate::error::{raised, unlocked};
+use crate::external::Operation;
 use crate::model::Model;
 use crate::source::{Source, accepted};
 use augsim_discovery::{AllowedEffects, Options};
@@ -12,6 +13,7 @@ use augsim_session::provenance::fingerprint;
 use augsim_session::{DataFrom, DiscoverRequest, ReportContext, Subject};
 use pyo3::prelude::*;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 /// Width in pixels of a figure that is exported alone.
 const FIGURE_WIDTH: f64 = 640.0;
@@ -20,7 +22,7 @@ const FIGURE_WIDTH: f64 = 640.0;
 #[pyclass(frozen, module = "augsim._augsim")]
 pub struct Discovery {
     found: augsim_discovery::Discovery,
-    subject: Subject,
+    operation: Operation,
     model: Option<PathBuf>,
     data: DataFrom,
     request: DiscoverRequest,
@@ -28,7 +30,7 @@ pub struct Discovery {
 
 /// Searches for the effects that a model lacks to explain the data.
 #[pyfunction]
-#[pyo3(signature = (model, data, *, seed, groups, null_runs, only, exclude, accept, progress))]
+#[pyo3(signature = (model, data, *, seed, groups, null_runs, library, only, exclude, accept, time_limit, threads, progress))]
 #[expect(clippy::too_many_arguments, reason = "all but two are keywords of Python")]
 pub fn discover(
     py: Python<'_>,
@@ -37,32 +39,39 @@ pub fn discover(
     seed: u64,
     groups: Vec<String>,
     null_runs: usize,
+    library: bool,
     only: Vec<String>,
     exclude: Vec<String>,
     accept: Vec<String>,
+    time_limit: Option<Duration>,
+    threads: Option<usize>,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Discovery> {
     let accept = accepted(&accept).map_err(|e| raised(py, &e))?;
     let accepted = accept.iter().copied().collect();
     let effects = AllowedEffects { only, exclude };
-    let options = Options { seed, null_runs, accepted, effects, ..Options::default() };
+    let until = time_limit.and_then(|limit| Instant::now().checked_add(limit));
+    let options = Options { seed, null_runs, accepted, library, effects, until };
     let request = DiscoverRequest { groups, accept, options };
-    let (subject, path, data) = (model.subject.clone(), model.path.clone(), data.from.clone());
-    background::run(py, progress.as_ref(), move |line| {
+    let (operation, path, data) = (model.begin(), model.path.clone(), data.from.clone());
+    let at_work = operation.clone();
+    let result = background::run(py, progress.as_ref(), move |line| {
         let mut report = |step: augsim_discovery::Progress| {
             line.end_if_stopped();
             line.step(step.describe().to_owned(), Some(step.fraction()));
         };
-        let found = augsim_session::discover(&subject, &data, &request, &mut report)?;
-        Ok(Discovery { found, subject, model: path, data, request })
-    })
+        let found = at_work
+            .run(threads, || augsim_session::discover(&at_work.subject, &data, &request, &mut report))?;
+        Ok(Discovery { found, operation: at_work, model: path, data, request })
+    });
+    operation.finish(py, result)
 }
 
 impl Discovery {
     fn report(&self, folder: &Path) -> Page {
         let context =
             ReportContext::new(self.model.as_deref(), &self.data, &self.request, folder, &fingerprint);
-        page(&context, &self.subject, &self.found)
+        page(&context, &self.operation.subject, &self.found)
     }
 }
 
@@ -70,18 +79,20 @@ impl Discovery {
 impl Discovery {
     /// Returns the result as the text of `result.json`.
     fn json(&self, py: Python<'_>) -> PyResult<String> {
-        unlocked(py, || Ok(serde_json::to_string_pretty(&ResultFile::new(&self.subject, &self.found, None))?))
+        unlocked(py, || {
+            Ok(serde_json::to_string_pretty(&ResultFile::new(&self.operation.subject, &self.found, None))?)
+        })
     }
 
     /// Returns the model with the added effects.
     fn model(&self, py: Python<'_>) -> PyResult<Model> {
         // The description of a robot is found beside the declared model file.
-        let file = match &self.subject {
+        let file = match &self.operation.subject {
             Subject::Equations(model) => model.file.as_str(),
             Subject::BuiltIn(_) => "model",
         };
         let subject = unlocked(py, || Subject::parse(&self.found.model_toml, file))?;
-        Ok(Model { subject, path: None })
+        Ok(Model { subject, path: None, function: self.operation.function() })
     }
 
     /// Returns the report page as HTML, with links relative to `folder`.

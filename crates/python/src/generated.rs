@@ -54,7 +54,7 @@ pub fn pushes(
         Ok(recipe(PushDesign::Mit, &shape, &surface, trajectories)?.generate(seed)?)
     })?;
     let subject = Subject::BuiltIn(Box::new(ModelFile::Push(made.declared)));
-    Ok((Data::from_dataset(py, made.data)?, Model { subject, path: None }))
+    Ok((Data::from_dataset(py, made.data)?, Model { subject, path: None, function: None }))
 }
 
 /// Simulated laboratory that performs single pushes.

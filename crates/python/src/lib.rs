@@ -5,9 +5,12 @@
 mod background;
 mod discovery;
 mod error;
+mod external;
 mod generated;
+mod known_threads;
 mod model;
 mod numbers;
+mod robot;
 mod run;
 mod source;
 mod stepper;
@@ -20,9 +23,13 @@ mod _augsim {
     #[pymodule_export]
     use super::discovery::{Discovery, discover};
     #[pymodule_export]
+    use super::external::end_functions;
+    #[pymodule_export]
     use super::generated::{Laboratory, drops, pushes};
     #[pymodule_export]
     use super::model::Model;
+    #[pymodule_export]
+    use super::robot::from_robot;
     #[pymodule_export]
     use super::run::{Run, read_run, train};
     #[pymodule_export]

@@ -2,14 +2,20 @@
 
 use crate::background;
 use crate::error::{raised, unlocked};
+use crate::external::{Function, Operation};
 use crate::numbers::{Numbers, memory};
-use crate::source::{Source, accepted};
+use crate::source::{Data, Source, accepted};
+use augsim_discovery::PredictOptions;
 use augsim_session::Subject;
 use augsim_session::equations::fitted::calibrate;
+use augsim_session::export::{Language, export};
+use augsim_session::predict::predict;
+use augsim_session::predict::table::bands;
 use augsim_session::simulate::{MAX_SERIAL_VALUES, Plan, simulate};
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// Python class of a model file of any scenario.
 #[pyclass(frozen, module = "augsim._augsim")]
@@ -17,6 +23,8 @@ pub struct Model {
     pub subject: Subject,
     /// Path of the model file; `None` for a model parsed from text.
     pub path: Option<PathBuf>,
+    /// Function of Python for the rates; `None` for a model whose file has its equations.
+    pub function: Option<Arc<Function>>,
 }
 
 /// Parameter of a model: name, value, lower and upper bound, whether it is frozen, and its 95 % interval.
@@ -29,20 +37,40 @@ fn owned(columns: NamedColumns) -> Vec<(String, Vec<f64>)> {
     columns.into_iter().map(|(name, values)| (name, values.into_vec())).collect()
 }
 
+impl Model {
+    /// Begins an operation on the model.
+    pub fn begin(&self) -> Operation {
+        Operation::new(&self.subject, self.function.as_ref())
+    }
+}
+
 #[pymethods]
 impl Model {
     /// Reads a model file from a path.
     #[staticmethod]
     fn read(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         let subject = unlocked(py, || Subject::read(&path))?;
-        Ok(Model { subject, path: Some(path) })
+        Ok(Model { subject, path: Some(path), function: None })
     }
 
     /// Parses the text of a model file.
     #[staticmethod]
     fn parse(py: Python<'_>, text: &str) -> PyResult<Self> {
         let subject = unlocked(py, || Subject::parse(text, "model"))?;
-        Ok(Model { subject, path: None })
+        Ok(Model { subject, path: None, function: None })
+    }
+
+    /// Parses the text of a model file whose section `[external]` stands for a wrapped function of Python.
+    #[staticmethod]
+    fn external(py: Python<'_>, text: &str, function: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let function = Arc::new(Function::new(function)?);
+        let subject = unlocked(py, || Subject::parse(text, "model"))?;
+        Ok(Model { subject, path: None, function: Some(function) })
+    }
+
+    /// Returns the wrapped function of Python for the rates; `None` for a model whose file has its equations.
+    fn function(&self, py: Python<'_>) -> Option<Py<PyAny>> {
+        self.function.as_ref().map(|function| function.wrapper(py))
     }
 
     /// Returns the scenario of the model: `ball`, `push` or `system`.
@@ -70,13 +98,69 @@ impl Model {
     #[pyo3(signature = (data, *, accept))]
     fn fit(&self, py: Python<'_>, data: &Source, accept: Vec<String>) -> PyResult<(Model, String)> {
         let accept = accepted(&accept).map_err(|e| raised(py, &e))?.into_iter().collect();
-        let (subject, data) = (self.subject.clone(), data.from.clone());
+        let (operation, data) = (self.begin(), data.from.clone());
         let file = self.path.as_ref().map_or_else(|| "model".to_owned(), |path| path.display().to_string());
-        let (fitted, json) = background::run(py, None, move |_| {
-            let (fitted, answer) = calibrate(&subject, &file, &data, accept, None, &mut |_, _| {})?;
-            Ok((fitted, serde_json::to_string_pretty(&answer)?))
-        })?;
-        Ok((Model { subject: Subject::Equations(Box::new(fitted)), path: None }, json))
+        let at_work = operation.clone();
+        let result = background::run(py, None, move |_| {
+            at_work.run(None, || {
+                let subject = &at_work.subject;
+                let (fitted, answer) = calibrate(subject, &file, &data, accept, None, &mut |_, _| {})?;
+                Ok((fitted, serde_json::to_string_pretty(&answer)?))
+            })
+        });
+        let (fitted, json) = operation.finish(py, result)?;
+        let (subject, function) = (Subject::Equations(Box::new(fitted)), self.function.clone());
+        Ok((Model { subject, path: None, function }, json))
+    }
+
+    /// Returns a model of equations with other values of the named parameters, which the caller has checked.
+    ///
+    /// A fitted interval of such a parameter no longer applies and is removed.
+    fn with_parameters(&self, py: Python<'_>, values: Vec<(String, f64)>) -> PyResult<Model> {
+        let mut subject = self.subject.clone();
+        if let Subject::Equations(model) = &mut subject {
+            for (name, value) in &values {
+                for parameter in model.parameters.iter_mut().filter(|parameter| parameter.name == *name) {
+                    (parameter.nominal, parameter.ci95) = (*value, None);
+                }
+            }
+            model.covariance = None;
+            // Read again, so that the text of the model has the values as well.
+            **model = unlocked(py, || Ok(model.parse_changed(&model.to_toml()?)?))?;
+        }
+        Ok(Model { subject, path: None, function: self.function.clone() })
+    }
+
+    /// Returns the model as a text in another language: `latex`, `python`, `c`, `urdf` or `mjcf`.
+    fn export(&self, py: Python<'_>, language: &str) -> PyResult<Option<String>> {
+        let language = match language {
+            "latex" => Language::Latex,
+            "python" => Language::Python,
+            "c" => Language::C,
+            "urdf" => Language::Urdf,
+            "mjcf" => Language::Mjcf,
+            _ => return Ok(None),
+        };
+        unlocked(py, || Ok(Some(export(&self.subject, language)?)))
+    }
+
+    /// Predicts every trajectory of the data; returns mean, median, and the ends of the 50 % and 90 % bands of each column.
+    #[pyo3(signature = (data, *, burn_in, samples, seed))]
+    fn predict(
+        &self,
+        py: Python<'_>,
+        data: &Source,
+        burn_in: usize,
+        samples: usize,
+        seed: u64,
+    ) -> PyResult<Data> {
+        let (operation, data) = (self.begin(), data.from.clone());
+        let options = PredictOptions { seed, draws: samples, only: None };
+        let at_work = operation.clone();
+        let result = background::run(py, None, move |_| {
+            at_work.run(None, || Ok(bands(&predict(&at_work.subject, &data, burn_in, &options)?)?))
+        });
+        Data::from_dataset(py, operation.finish(py, result)?)
     }
 
     /// Simulates trajectories. Returns the values `[trajectory, sample, time, column]`, the first three sizes
@@ -92,11 +176,13 @@ impl Model {
     ) -> PyResult<(Bound<'py, PyByteArray>, [usize; 3], Vec<String>)> {
         let times = times.into_vec();
         let plan = Plan { start: owned(start), times, inputs: owned(inputs), samples, seed };
-        let subject = self.subject.clone();
+        let operation = self.begin();
+        let subject = operation.subject.clone();
         let batch = plan.start.first().map_or(0, |(_, values)| values.len());
         let sizes = [plan.samples.max(1), plan.times.len()];
         let is_brief = sizes.iter().fold(batch, |all, size| all.saturating_mul(*size)) <= MAX_SERIAL_VALUES;
-        let made = background::run_unless_brief(py, is_brief, move || simulate(&subject, &plan))?;
+        let result = background::run_unless_brief(py, is_brief, move || simulate(&subject, &plan));
+        let made = operation.finish(py, result)?;
         Ok((memory(py, &made.values)?, made.shape, made.columns))
     }
 }

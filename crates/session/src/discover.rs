@@ -162,7 +162,7 @@ fn in_columns(
     let mut observer = WithNotes { inner: observer, notes: calibrated.notes.clone() };
     let mut found = augsim_discovery::discover(&calibrated.declared, &set, options, &mut observer)?;
     found.notes.splice(0..0, calibrated.notes);
-    equations::discovery::complete(&mut found, &model.file, &set, &gauges)?;
+    equations::discovery::complete(&mut found, model, &set, &gauges)?;
     Ok(found)
 }
 

@@ -89,7 +89,7 @@ impl CalibratedModel {
             indices.take(found.covariance.len()).filter_map(|i| places.get(i).copied()).collect();
         model.covariance = covariance_of(&fitted, &found.covariance);
         let text = model.to_toml()?;
-        let again = crate::model::parse(&text, &model.file)?;
+        let again = self.model.parse_changed(&text)?;
         if again.additions.len() != model.additions.len() {
             return Err(Difference::Additions {
                 written: model.additions.len(),

@@ -56,6 +56,12 @@ pub enum Code {
     Table,
     /// Slope of table number `b` at argument `a`.
     TableSlope,
+    /// Element number `c` of a list of arguments: its value is `a`, and the element before it `b`.
+    Argument,
+    /// Rate number `b` of the external function for the arguments in the list that ends with `a`.
+    External,
+    /// Derivative of rate number `b` of the external function with respect to argument `c` of the list `a`.
+    ExternalDerivative,
 }
 
 impl Code {
@@ -78,7 +84,8 @@ impl Code {
             | Code::Maximum
             | Code::Atan2
             | Code::Hypot
-            | Code::Power => 2,
+            | Code::Power
+            | Code::Argument => 2,
             _ => 1,
         }
     }

@@ -59,11 +59,16 @@ impl Derivatives {
         self.known.get(id as usize).cloned().flatten().unwrap_or_default()
     }
 
+    /// The derivatives of an operation that is differentiated already.
+    pub(super) fn of(&self, id: Id) -> &[(Variable, Id)] {
+        self.known.get(id as usize).and_then(Option::as_deref).unwrap_or(&[])
+    }
+
     /// Differentiates operation `id`, whose operands are differentiated already.
     fn differentiate(&self, graph: &mut Graph, id: Id) -> Vec<(Variable, Id)> {
         let operation = graph.get(id);
         let (a, b, c) = (operation.a, operation.b, operation.c);
-        let of = |id: Id| -> &[(Variable, Id)] { self.known[id as usize].as_deref().unwrap_or(&[]) };
+        let of = |id: Id| self.of(id);
         match operation.code {
             Code::Add => merge(of(a), of(b), |x, y| sum(graph, x, y)),
             Code::Subtract => merge(of(a), of(b), |x, y| match (x, y) {
@@ -127,8 +132,9 @@ impl Derivatives {
                 let slope = graph.table(Code::TableSlope, a, b);
                 map(of(a), |x| graph.multiply(slope, x))
             }
-            // The slope of a table is constant between its knots.
-            Code::TableSlope => Vec::new(),
+            Code::External => self.differentiate_external(graph, (a, b as usize)),
+            // The slope of a table is constant between its knots. Second derivatives of an external function are unknown.
+            Code::TableSlope | Code::Argument | Code::ExternalDerivative => Vec::new(),
             code if code.operands() == 0 => self.differentiate_leaf(graph, code, a as usize),
             code => {
                 if of(a).is_empty() {

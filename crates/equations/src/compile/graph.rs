@@ -118,6 +118,11 @@ impl Graph {
         self.intern(Operation::new(code, a, table, 0))
     }
 
+    /// Appends an operation of an external function: its code, its operand and two numbers.
+    pub(super) fn external(&mut self, code: Code, a: Id, b: usize, c: usize) -> Id {
+        self.intern(Operation::new(code, a, b as u32, c as u32))
+    }
+
     pub(crate) fn negate(&mut self, a: Id) -> Id {
         let operation = self.get(a);
         match operation.code {

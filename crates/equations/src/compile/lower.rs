@@ -114,7 +114,7 @@ impl<'m> Lowering<'m> {
     }
 
     /// Adds `value` to the target's value `before` the change, multiplies by it, or replaces `before` by it.
-    fn combine(&mut self, before: Id, how: How, value: Id) -> Id {
+    pub(super) fn combine(&mut self, before: Id, how: How, value: Id) -> Id {
         match how {
             How::Add => self.graph.add(before, value),
             How::Factor => self.graph.multiply(before, value),
@@ -264,6 +264,7 @@ impl<'m> Lowering<'m> {
             Symbol::JointAcceleration(joint) => {
                 self.joint_values(JointQuantity::Acceleration, joint, smoothing)
             }
+            Symbol::ExternalRate(state) => self.external_rate(state, smoothing),
             Symbol::Output(i) => self.output_for_effects(i, smoothing),
             Symbol::Let(i) => match self.lets.get(&(i, smoothing)) {
                 Some(id) => *id,

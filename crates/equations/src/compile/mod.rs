@@ -2,6 +2,7 @@
 
 mod code;
 mod derivative;
+mod external;
 mod graph;
 mod joint_quantity;
 mod lower;
@@ -15,4 +16,4 @@ pub(crate) use derivative::{Derivatives, Variable};
 pub(crate) use graph::{Graph, Id};
 pub(crate) use lower::{Lowering, Smoothing, Width};
 pub(crate) use probe::{Point, Probe};
-pub(crate) use section::{Instruction, Layout, Section};
+pub(crate) use section::{ExternalCall, Instruction, Layout, Section};

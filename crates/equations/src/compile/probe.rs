@@ -4,6 +4,7 @@
 //! agree there, and whether an event moves its own condition away from 0.
 
 use super::{Code, Graph, Id};
+use crate::external::ExternalFunction;
 use crate::machine;
 use crate::model::{Model, Table};
 
@@ -21,6 +22,7 @@ const MAX_SEARCHES: usize = 24;
 pub(crate) struct Probe {
     nominals: Vec<f64>,
     tables: Vec<Table>,
+    external: Option<ExternalFunction>,
     /// Number of operations that may still be evaluated.
     remaining: usize,
 }
@@ -36,7 +38,12 @@ pub(crate) struct Point {
 
 impl Probe {
     pub(crate) fn new(model: &Model) -> Self {
-        Self { nominals: model.nominals(), tables: model.tables.clone(), remaining: MAX_TEST_OPERATIONS }
+        Self {
+            nominals: model.nominals(),
+            tables: model.tables.clone(),
+            external: model.external.as_ref().and_then(|external| external.rates.clone()),
+            remaining: MAX_TEST_OPERATIONS,
+        }
     }
 
     /// Whether two `branches` have the same value where `difference` is 0, within rounding.
@@ -151,6 +158,12 @@ impl Probe {
                 Code::Width => 0.01,
                 Code::Table => table().map_or(0.0, |t| t.value(values[index])),
                 Code::TableSlope => table().map_or(0.0, |t| t.slope(values[index])),
+                Code::External => {
+                    let list = graph.values_of_arguments(operation.a);
+                    let arguments: Vec<f64> = list.iter().map(|id| values[*id as usize]).collect();
+                    let found = self.external.as_ref().map(|f| f.evaluate(1, &arguments, &[]).rates);
+                    found.and_then(|rates| rates.get(operation.b as usize).copied()).unwrap_or(0.0)
+                }
                 code => {
                     let operand =
                         |i: usize, id: u32| if i < code.operands() { values[id as usize] } else { 0.0 };

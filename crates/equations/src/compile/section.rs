@@ -26,6 +26,23 @@ pub(crate) struct Section {
     pub(crate) body: Vec<Instruction>,
     /// Registers of the computed values.
     pub(crate) results: Vec<u32>,
+    /// Calls of the external function, which instructions of the body run by their index.
+    pub(crate) calls: Vec<ExternalCall>,
+}
+
+/// A call of the external function: registers of its arguments and of the results that are needed.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct ExternalCall {
+    /// Operation that ends the list of the arguments.
+    list: Id,
+    /// Registers of the arguments, in their order.
+    pub(crate) arguments: Vec<u32>,
+    /// Index of each rate that is needed, with the register of its value.
+    pub(crate) rates: Vec<(usize, u32)>,
+    /// Indices of the arguments with respect to which derivatives are needed.
+    pub(crate) wanted: Vec<usize>,
+    /// Index of the rate, index in `wanted`, and register of each derivative that is needed.
+    pub(crate) derivatives: Vec<(usize, usize, u32)>,
 }
 
 /// An operation on registers; its result is stored in a later register than its operands.
@@ -92,6 +109,7 @@ impl Layout {
                 Code::Time => layout.time(),
                 Code::Parameter => layout.parameter(index),
                 Code::Width => layout.width(index),
+                Code::Argument => continue,
                 _ => {
                     layout.registers += 1;
                     layout.registers - 1
@@ -105,15 +123,51 @@ impl Layout {
                 parameter_section.body.push(layout.instruction(operation, register));
             }
         }
-        let section = |(results, needed): (&Vec<Id>, Vec<bool>)| Section {
-            results: results.iter().map(|id| layout.register(*id)).collect(),
-            body: (0..operations.len())
-                .filter(|id| needed[*id] && varies[*id] && operations[*id].code.operands() > 0)
-                .map(|id| layout.instruction(&operations[id], layout.register(id as Id)))
-                .collect(),
+        let section = |(results, needed): (&Vec<Id>, Vec<bool>)| {
+            let mut section = Section {
+                results: results.iter().map(|id| layout.register(*id)).collect(),
+                ..Section::default()
+            };
+            for id in (0..operations.len()).filter(|id| needed[*id] && varies[*id]) {
+                let (operation, register) = (&operations[id], layout.register(id as Id));
+                match operation.code {
+                    Code::Argument => {}
+                    Code::External | Code::ExternalDerivative => {
+                        layout.add_to_call(&mut section, graph, operation, register);
+                    }
+                    code if code.operands() > 0 => section.body.push(layout.instruction(operation, register)),
+                    _ => {}
+                }
+            }
+            section
         };
         let sections = wanted.iter().zip(needed).map(section).collect();
         (layout, parameter_section, sections)
+    }
+
+    /// Adds a result to the section's call of the external function with the same arguments.
+    ///
+    /// The first result of a call appends the instruction that runs it: all its arguments are computed before.
+    fn add_to_call(&self, section: &mut Section, graph: &Graph, operation: &Operation, register: u32) {
+        let (list, state) = (operation.a, operation.b as usize);
+        let index = section.calls.iter().position(|call| call.list == list).unwrap_or_else(|| {
+            let values = graph.values_of_arguments(list);
+            let arguments = values.into_iter().map(|id| self.register(id)).collect();
+            let table = section.calls.len() as u32;
+            section.body.push(Instruction { code: Code::External, operands: [0; 3], table, to: register });
+            section.calls.push(ExternalCall { list, arguments, ..ExternalCall::default() });
+            section.calls.len() - 1
+        });
+        let call = &mut section.calls[index];
+        if operation.code == Code::External {
+            return call.rates.push((state, register));
+        }
+        let argument = operation.c as usize;
+        let wanted = call.wanted.iter().position(|k| *k == argument).unwrap_or_else(|| {
+            call.wanted.push(argument);
+            call.wanted.len() - 1
+        });
+        call.derivatives.push((state, wanted, register));
     }
 
     /// Register of an operation, which some section must need.

@@ -32,6 +32,10 @@ pub(crate) fn diverged(
         state: name(state),
         cause: None,
     };
+    // The equations of an external function do not show what is not finite in them.
+    if system.model.external.is_some() {
+        return error;
+    }
     // Small explicit Euler steps from there find the first rate that is not finite, and the state at which it
     // occurs.
     let steps = 1000 * options.substeps.max(1);
@@ -119,7 +123,7 @@ impl Bindings for PointValues<'_> {
             Symbol::JointTorque(_) | Symbol::JointAcceleration(_) => {
                 self.model.robot.as_ref().map_or(0.0, |robot| robot.value(symbol, self))
             }
-            Symbol::Output(_) => 0.0,
+            Symbol::Output(_) | Symbol::ExternalRate(_) => 0.0,
         }
     }
 

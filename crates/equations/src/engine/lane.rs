@@ -3,7 +3,7 @@
 //! The sensitivities are carried across discontinuities with the derivative of the time at which these occur.
 
 use super::block::{Block, Columns, StepInputs};
-use super::{Method, SimulatedEvent, SimulationError, implicit, reference};
+use super::{Method, SimulatedEvent, SimulationError, euler, implicit, reference};
 use crate::limits::MAX_EVENTS_PER_WINDOW;
 use crate::system::{Column, Gradient, System};
 
@@ -221,6 +221,11 @@ impl Lane {
         let is_solved = match method {
             Method::RungeKutta | Method::UncheckedRungeKutta => {
                 self.block.step(system, &self.step_inputs, (&[time], &[h]), columns, &fixed);
+                true
+            }
+            Method::Euler { .. } => {
+                let at = (&[time], &[h]);
+                euler::step(&mut self.block, system, &self.step_inputs, at, columns, &fixed);
                 true
             }
             Method::Implicit => {

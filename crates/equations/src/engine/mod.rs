@@ -3,6 +3,7 @@
 mod block;
 mod diagnose;
 mod discontinuity;
+mod euler;
 mod event_step;
 mod failure;
 mod implicit;

@@ -6,7 +6,7 @@ use super::lane::Lane;
 use super::rows::{Row, Rows, filled};
 use super::schedule::{SchedulePiece, pieces};
 use super::stability::{FastestMode, fastest_modes, unstable};
-use super::{Method, Options, Seed, Simulated, SimulationError, Window};
+use super::{Method, Options, Seed, Simulated, SimulationError, Window, euler};
 use crate::system::System;
 
 /// A block of windows during its simulation, one window per lane.
@@ -211,7 +211,10 @@ impl<'r, const L: usize> Run<'r, L> {
 
     /// Number of integration steps of a lane in a sample interval of this length, s.
     fn substeps(&self, lane: usize, interval_s: f64) -> usize {
-        self.fastest[lane].substeps(interval_s, self.options.substeps)
+        match self.options.method {
+            Method::Euler { step_s } => euler::steps(interval_s, step_s),
+            _ => self.fastest[lane].substeps(interval_s, self.options.substeps),
+        }
     }
 
     /// Advances every lane by a sample interval.
@@ -288,14 +291,13 @@ impl<'r, const L: usize> Run<'r, L> {
 
     /// Takes a step of all lanes; lanes with a discontinuity in the step repeat it by themselves.
     fn step(&mut self, time: &[f64; L], h: &[f64; L]) {
-        let (system, columns) = (self.system, self.columns());
         if self.lanes.is_empty() {
-            return self.block.step(system, &self.step_inputs, (time, h), columns, &[]);
+            return self.step_together(time, h);
         }
         self.before.0.copy_from_slice(&self.block.x);
         self.before.1.copy_from_slice(&self.block.s);
         let repeats = if self.options.method.is_explicit() {
-            self.block.step(system, &self.step_inputs, (time, h), columns, &[]);
+            self.step_together(time, h);
             self.lanes_with_discontinuities(time, h)
         } else {
             [true; L]
@@ -305,6 +307,17 @@ impl<'r, const L: usize> Run<'r, L> {
             if repeats[index] && h[index] > 0.0 && !failed && index < self.requested {
                 self.repeat_step(index, time[index], h[index]);
             }
+        }
+    }
+
+    /// Takes a step of all lanes in one pass, without looking for discontinuities.
+    fn step_together(&mut self, time: &[f64; L], h: &[f64; L]) {
+        let (system, columns) = (self.system, self.columns());
+        match self.options.method {
+            Method::Euler { .. } => {
+                euler::step(&mut self.block, system, &self.step_inputs, (time, h), columns, &[]);
+            }
+            _ => self.block.step(system, &self.step_inputs, (time, h), columns, &[]),
         }
     }
 

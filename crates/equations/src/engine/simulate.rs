@@ -34,6 +34,11 @@ pub enum Method {
     RungeKutta,
     /// Classical Runge-Kutta with exactly the given number of steps, to find out how many are accurate.
     UncheckedRungeKutta,
+    /// Explicit Euler with steps of about this length, for a function that advances the states by such steps.
+    Euler {
+        /// Length of a step, s; an interval between samples has a whole number of steps.
+        step_s: f64,
+    },
     /// Diagonally implicit Runge-Kutta of order 2 with steps of fixed number, for stiff systems.
     Implicit,
     /// Dormand-Prince 5(4) with adaptive steps, values only: slow, to check the other methods against.
@@ -46,7 +51,7 @@ pub enum Method {
 impl Method {
     /// Whether the steps are explicit and of fixed number, so that all windows of a block can take them together.
     pub(crate) fn is_explicit(self) -> bool {
-        matches!(self, Method::RungeKutta | Method::UncheckedRungeKutta)
+        matches!(self, Method::RungeKutta | Method::UncheckedRungeKutta | Method::Euler { .. })
     }
 }
 

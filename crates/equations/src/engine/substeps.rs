@@ -82,7 +82,8 @@ impl System {
             let results = self.simulate(windows, &[], &Options { method, substeps: TRIAL_SUBSTEPS });
             results.iter().all(Result::is_ok)
         };
-        let is_declared = self.model.numerics.integrator != Integrator::Automatic;
+        let is_declared = self.model.numerics.integrator != Integrator::Automatic
+            || matches!(self.declared_method(), Method::Euler { .. });
         // The rates may become too fast for explicit steps only after the start of a window. If no method can simulate, the error of the explicit
         // steps says more.
         let is_explicit = is_declared || !self.is_stiff(windows) && can_simulate(Method::RungeKutta);
@@ -103,6 +104,10 @@ impl System {
             let values: Result<Vec<_>, _> = results.into_iter().map(|r| r.map(|s| s.values)).collect();
             Ok(values?.concat())
         };
+        // The steps of an external function are those of its simulator, so that none are more accurate.
+        if matches!(method, Method::Euler { .. }) {
+            return run(1).map(|_| ChosenSteps { options: Options { method, substeps: 1 }, change: 0.0 });
+        }
         let change = |a: &[f64], b: &[f64]| OutputChange::compare(a, b, scales);
         if let Some(substeps) = self.model.numerics.substeps {
             let change = change(&run(substeps)?, &run(2 * substeps)?);
@@ -134,6 +139,9 @@ impl System {
 
     /// Integration method that the file declares; explicit steps if it declares none.
     pub fn declared_method(&self) -> Method {
+        if let Some(step_s) = self.model.external.as_ref().and_then(|external| external.step_s) {
+            return Method::Euler { step_s };
+        }
         match self.model.numerics.integrator {
             Integrator::Automatic | Integrator::Explicit => Method::RungeKutta,
             Integrator::Implicit => Method::Implicit,
@@ -148,6 +156,9 @@ impl System {
     /// # Errors
     /// The first error of the simulation.
     pub fn fit_widths(&mut self, windows: &[Window<'_>], options: &Options) -> Result<(), SimulationError> {
+        if self.declared_widths.iter().all(|is_declared| *is_declared) {
+            return Ok(());
+        }
         // A width changes the simulation it was derived from; the second round settles it to a few percent.
         for _ in 0..2 {
             let sizes = discontinuity_sizes(self, windows, options)?;

@@ -69,6 +69,10 @@ fn curve(model: &Model, scales: &Scales, index: usize) -> Option<Curve> {
         Target::Input(i) => (model.inputs[i].name.clone(), model.inputs[i].unit),
         Target::Delay(i) => (format!("delay of {}", model.inputs[i].name), Some(Unit::SECOND)),
         Target::Parameter(i) => (model.parameters[i].name.clone(), model.parameters[i].unit),
+        Target::Force(k) => {
+            let force = model.force(k)?;
+            (force.name.clone(), force.unit())
+        }
         target => {
             let robot = model.robot.as_ref()?;
             (robot.target_name(target), robot.target_unit(target))

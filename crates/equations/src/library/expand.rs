@@ -6,7 +6,7 @@ use super::size::{describe_size, size_unit};
 use super::substitute::substitute;
 use crate::error::{Fault, ModelError, Place as FilePlace};
 use crate::model::{
-    Draft, DraftState, DraftTarget, How, Model, Parameter, Row, RowParameter, Target, dimensions_of,
+    Draft, DraftState, DraftTarget, Force, How, Model, Parameter, Row, RowParameter, Target, dimensions_of,
 };
 use augsim_data::{Dimensions, Unit, escaped_short};
 
@@ -206,6 +206,7 @@ fn formula(candidate: &Candidate, model: &Model) -> String {
             Target::Input(input) => model.inputs[*input].name.clone(),
             Target::Delay(input) => return format!("{0}(t - {text}) for {0}", model.inputs[*input].name),
             Target::Parameter(p) => model.parameters[*p].name.clone(),
+            Target::Force(k) => model.force(*k).map_or_else(String::new, |force| force.name.clone()),
             Target::Joint(_) | Target::Inertia(..) | Target::Armature(_) | Target::Gravity(_) => {
                 model.robot.as_ref().map_or_else(String::new, |robot| robot.target_name(*target))
             }
@@ -393,6 +394,7 @@ impl Candidate {
             (Target::Output(i), _) => model.outputs[i].unit,
             (Target::Input(i), _) => model.inputs[i].unit,
             (Target::Parameter(i), _) => model.parameters[i].unit,
+            (Target::Force(k), _) => model.force(k).and_then(Force::unit),
             (target, _) => model.robot.as_ref().and_then(|robot| robot.target_unit(target)),
         };
         let term = match change.how {

@@ -2,7 +2,7 @@
 
 use super::robot;
 use super::row_place::Place;
-use crate::model::{Input, Model, Output, Parameter, Target};
+use crate::model::{External, Force, Input, Model, Output, Parameter, Target};
 use crate::text::{Kind, Symbol, Tree};
 
 /// Kinematic structure of a model: which states are rates of others, read from the equations.
@@ -18,10 +18,13 @@ impl Kinematics {
     /// Determines the kinematic structure of the declared states of a model.
     pub fn from_model(model: &Model) -> Kinematics {
         let count = model.declared_states();
-        let mut pairs: Vec<(usize, usize)> = Vec::new();
+        // The coordinates of an external function are stated with its forces.
+        let forces = model.external.iter().flat_map(|external| &external.forces);
+        let mut pairs: Vec<(usize, usize)> = forces.map(|force| (force.position, force.speed)).collect();
         for (x, state) in model.states.iter().enumerate().take(count) {
             if let Some(v) = proportional(model, &state.rate.tree)
                 && v != x
+                && !pairs.iter().any(|(other, _)| *other == x)
                 && v < count
                 && !pairs.iter().any(|(_, other)| *other == v)
             {
@@ -70,9 +73,10 @@ fn proportional(model: &Model, tree: &Tree) -> Option<usize> {
 pub(super) fn places(word: &str, model: &Model) -> Option<Vec<Place>> {
     let motion = Kinematics::from_model(model);
     let places = match word {
-        "force" => match &model.robot {
-            Some(robot) => robot::joint_places(robot),
-            None => force_places(model, &motion),
+        "force" => match (&model.robot, &model.external) {
+            (Some(robot), _) => robot::joint_places(robot),
+            (None, Some(external)) if !external.forces.is_empty() => external_places(model, external),
+            _ => force_places(model, &motion),
         },
         "joint-load" | "joint-pair" | "joint-inertia-pair" | "armature" | "payload" | "tilt" => {
             model.robot.as_ref().map_or_else(Vec::new, |robot| robot::places(word, robot))
@@ -110,6 +114,15 @@ fn force_places(model: &Model, motion: &Kinematics) -> Vec<Place> {
         place(Target::Rate(v), speed.clone(), None, vec![("x", x), ("v", speed)])
     };
     motion.pairs.iter().map(to_place).collect()
+}
+
+/// Places `force` of a model with generalised forces: each of them, with the position and speed of its coordinate.
+fn external_places(model: &Model, external: &External) -> Vec<Place> {
+    let to_place = |(index, force): (usize, &Force)| {
+        let names = vec![("x", state_name(model, force.position)), ("v", state_name(model, force.speed))];
+        place(Target::Force(index), force.name.clone(), None, names)
+    };
+    external.forces.iter().enumerate().map(to_place).collect()
 }
 
 /// Places `flow`: the equation of every flow state.
@@ -282,13 +295,19 @@ fn reset_places(model: &Model) -> Vec<Place> {
 
 /// The target that a name of the model stands for; `None` for an unknown name.
 ///
-/// The name is looked up among states (whose rate is the target), inputs, outputs, parameters and joints, in this order.
+/// The name is looked up among states (whose rate is the target), inputs, outputs, parameters, joints and forces, in this
+/// order.
 pub(crate) fn target_named(name: &str, model: &Model) -> Option<Target> {
     let input = || model.inputs.iter().position(|i| i.name == name).map(Target::Input);
     let output = || model.outputs.iter().position(|o| o.name == name).map(Target::Output);
     let parameter = || model.parameter(name).map(Target::Parameter);
     let joint = || model.robot.as_ref().and_then(|robot| robot.joint(name)).map(Target::Joint);
-    model.state(name).map(Target::Rate).or_else(input).or_else(output).or_else(parameter).or_else(joint)
+    let force = || {
+        let forces = &model.external.as_ref()?.forces;
+        forces.iter().position(|force| force.name == name).map(Target::Force)
+    };
+    let state = model.state(name).map(Target::Rate);
+    state.or_else(input).or_else(output).or_else(parameter).or_else(joint).or_else(force)
 }
 
 /// The place that a name of the model stands for; `None` for an unknown name.

@@ -5,7 +5,7 @@
 use super::expand::Candidate;
 use super::size::resolve_name;
 use crate::engine::{Options, Window};
-use crate::model::{How, Model, Target};
+use crate::model::{Force, How, Model, Target};
 use crate::system::System;
 use crate::text::{Bindings, Symbol, Tree};
 
@@ -27,6 +27,8 @@ pub struct Scales {
     pub step_s: f64,
     /// Duration of the longest record, s.
     pub duration_s: f64,
+    /// For each generalised force of the external function, the size that has the effect of all others together.
+    force_sizes: Vec<f64>,
 }
 
 /// States, inputs and time at one sample.
@@ -35,6 +37,8 @@ struct Point {
     state: Vec<f64>,
     inputs: Vec<f64>,
     time: f64,
+    /// Rates by the external function; empty if the model has none.
+    external: Vec<f64>,
 }
 
 impl Scales {
@@ -54,7 +58,7 @@ impl Scales {
                 if count % stride == 0 && finite {
                     let time = window.record.times()[window.first + k];
                     let inputs = window.record.inputs().iter().map(|signal| signal.at(time)).collect();
-                    scales.points.push(Point { state: state.to_vec(), inputs, time });
+                    scales.points.push(Point { state: state.to_vec(), inputs, time, external: Vec::new() });
                 }
             }
         }
@@ -68,7 +72,35 @@ impl Scales {
             |w: &Window<'_>| w.record.times().last().zip(w.record.times().first()).map(|(b, a)| b - a);
         scales.duration_s = windows.iter().filter_map(duration).fold(scales.step_s, f64::max);
         scales.parameters = windows.first().map_or_else(Vec::new, |w| w.parameters.to_vec());
+        scales.evaluate_external_rates(system.model());
         scales
+    }
+
+    /// Computes the rates of the external function of a model at all points, and the sizes of its forces.
+    fn evaluate_external_rates(&mut self, model: &Model) {
+        let Some(external) = &model.external else { return };
+        let Some(function) = external.rates.as_ref().filter(|_| !self.points.is_empty()) else { return };
+        let (points, states) = (self.points.len(), model.declared_states());
+        let mut rows: Vec<Vec<f64>> = Vec::with_capacity(points);
+        for point in &self.points {
+            let mut row = vec![point.time];
+            row.extend(point.state.iter().take(states).chain(point.inputs.iter().take(external.inputs)));
+            row.extend(model.external_parameters().map(|p| self.parameters.get(p).copied().unwrap_or(0.0)));
+            row.extend(external.forces.iter().map(|_| 0.0));
+            rows.push(row);
+        }
+        let count = rows.first().map_or(0, Vec::len);
+        let arguments: Vec<f64> = (0..count).flat_map(|k| rows.iter().map(move |row| row[k])).collect();
+        let wanted: Vec<usize> = (count - external.forces.len().min(count)..count).collect();
+        let found = function.evaluate(points, &arguments, &wanted);
+        for (index, point) in self.points.iter_mut().enumerate() {
+            point.external = (0..states).map(|state| found.rates[state * points + index]).collect();
+        }
+        let force_size = |(k, force): (usize, &Force)| {
+            let by_force = &found.derivatives[(force.speed * wanted.len() + k) * points..][..points];
+            rms(&found.rates[force.speed * points..][..points]) / rms(by_force)
+        };
+        self.force_sizes = external.forces.iter().enumerate().map(force_size).collect();
     }
 
     /// Computes an expression while one state or input takes the values `x`.
@@ -229,6 +261,7 @@ impl Scales {
                 (_, Target::Parameter(i)) => parameters[i],
                 (_, Target::Delay(_)) => self.step_s,
                 (_, Target::Joint(joint)) => scratch.joint_torque(joint, &point_values),
+                (_, Target::Force(k)) => self.force_sizes.get(k).copied().unwrap_or(1.0),
                 (_, target) => scratch.robot.as_ref().map_or(1.0, |robot| robot.typical_property(target)),
             });
         }
@@ -281,6 +314,7 @@ impl Bindings for PointValues<'_> {
             Symbol::JointTorque(_) | Symbol::JointAcceleration(_) => {
                 self.model.robot.as_ref().map_or(0.0, |robot| robot.value(symbol, self))
             }
+            Symbol::ExternalRate(i) => self.point.external.get(i).copied().unwrap_or(0.0),
             Symbol::Output(i) => self.model.outputs.get(i).map_or(0.0, |o| o.value.tree.value(self)),
         }
     }

@@ -1,5 +1,6 @@
 //! Runs instructions on registers of many lanes (simulated windows) at once.
 
+mod external;
 mod run;
 mod scalar;
 

@@ -4,7 +4,8 @@
 
 use super::evaluate;
 use crate::compile::{Code, Section};
-use crate::model::Table;
+use crate::external::ExternalFunction;
+use crate::model::{Model, Table};
 use pulp::{Arch, Simd, WithSimd};
 
 /// Registers of a block of windows: each holds one number for each of `L` lanes.
@@ -15,9 +16,17 @@ pub(crate) type Registers<const L: usize> = [[f64; L]];
 pub(crate) struct Machine {
     pub(crate) arch: Arch,
     pub(crate) tables: Vec<Table>,
+    /// Function outside the engine that computes rates; `None` if the system has none.
+    pub(crate) external: Option<ExternalFunction>,
 }
 
 impl Machine {
+    /// Finds the instruction set of this computer, and takes tables and external function of a model.
+    pub(crate) fn new(model: &Model) -> Self {
+        let external = model.external.as_ref().and_then(|external| external.rates.clone());
+        Machine { arch: Arch::new(), tables: model.tables.clone(), external }
+    }
+
     /// Runs `work` on blocks of `L` windows, with code for the best instruction set of this computer.
     ///
     /// Fewer than 8 lanes do not fill a vector of AVX-512, so they run on AVX2 there as well. The results
@@ -45,13 +54,15 @@ impl Machine {
         section: &Section,
         registers: &mut Registers<L>,
     ) {
-        simd.vectorize(Pass { tables: &self.tables, section, registers });
+        let external = self.external.as_ref();
+        simd.vectorize(Pass { tables: &self.tables, external, section, registers });
     }
 }
 
 /// One run over the instructions of a section, in the form that [`pulp`] dispatches to an instruction set.
 struct Pass<'p, const L: usize> {
     tables: &'p [Table],
+    external: Option<&'p ExternalFunction>,
     section: &'p Section,
     registers: &'p mut Registers<L>,
 }
@@ -61,8 +72,16 @@ impl<const L: usize> WithSimd for Pass<'_, L> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
-        let Self { tables, section, registers } = self;
+        let Self { tables, external, section, registers } = self;
         for instruction in &section.body {
+            if instruction.code == Code::External {
+                if let (Some(function), Some(call)) =
+                    (external, section.calls.get(instruction.table as usize))
+                {
+                    super::external::call(function, call, registers);
+                }
+                continue;
+            }
             // A result has a higher register than its operands, so that it can be written while they are
             // read.
             let (before, after) = registers.split_at_mut(instruction.to as usize);
@@ -90,7 +109,8 @@ impl<const L: usize> WithSimd for Pass<'_, L> {
                         Code::Table => table!(Table::value),
                         Code::TableSlope => table!(Table::slope),
                         Code::Constant | Code::State | Code::Input | Code::InputSlope | Code::Time
-                        | Code::Parameter | Code::Width => {}
+                        | Code::Parameter | Code::Width | Code::Argument | Code::External
+                        | Code::ExternalDerivative => {}
                     }
                 };
             }

@@ -64,6 +64,9 @@ pub(crate) fn evaluate(code: Code, a: f64, b: f64, c: f64) -> f64 {
         | Code::Parameter
         | Code::Width
         | Code::Table
-        | Code::TableSlope => 0.0,
+        | Code::TableSlope
+        | Code::Argument
+        | Code::External
+        | Code::ExternalDerivative => 0.0,
     }
 }

@@ -31,6 +31,8 @@ pub enum Target {
     Armature(usize),
     /// The acceleration of gravity along an axis of the robot's base (0 to 2), m/s2.
     Gravity(usize),
+    /// A generalised force of the external function, given by its index.
+    Force(usize),
 }
 
 /// How an effect's expression changes its target: it is added, multiplied, or replaces it.

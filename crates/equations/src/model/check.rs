@@ -15,6 +15,9 @@ pub(super) fn check(model: &Model, reader: Reader<'_>) -> Result<(), ModelError>
     }
     model.inputs.iter().filter_map(|i| i.delay).for_each(|delay| used[delay] = true);
     model.robot.iter().flat_map(|robot| robot.parameters()).for_each(|index| used[index] = true);
+    if model.external.is_some() {
+        model.external_parameters().for_each(|index| used[index] = true);
+    }
     let is_unused = |i: &usize| !used[*i] && !model.parameters[*i].frozen;
     if let Some(index) = (0..model.parameters.len()).find(is_unused) {
         let p = &model.parameters[index];
@@ -35,6 +38,7 @@ pub(super) fn check(model: &Model, reader: Reader<'_>) -> Result<(), ModelError>
         return Err(reader.error(o.value.line, &o.value.key, Fault::NeverChanges));
     }
     check_dynamics(model, reader)?;
+    check_external(model, reader)?;
     for text in model.numerics.widths.keys() {
         if !smoothed_arguments(model).any(|argument| argument == text) {
             let line = reader.text.find("sign_width").map_or(1, |position| reader.line(position));
@@ -69,10 +73,29 @@ fn check_dynamics(model: &Model, reader: Reader<'_>) -> Result<(), ModelError> {
     Ok(())
 }
 
+/// Checks that `external_rate` is used only in a model with an external function, and for a declared state.
+fn check_external(model: &Model, reader: Reader<'_>) -> Result<(), ModelError> {
+    for expression in expressions(model).filter(|_| model.external.is_none()) {
+        if expression.tree.symbols().any(|symbol| matches!(symbol, Symbol::ExternalRate(_))) {
+            let cause = "external_rate needs the section [external]; models with it are made by augsim.Model.from_rates and \
+                         augsim.Model.from_step in Python";
+            return Err(reader.error(
+                expression.line,
+                &expression.key,
+                Fault::External { cause: cause.into() },
+            ));
+        }
+    }
+    Ok(())
+}
+
 /// Whether an expression uses a state, directly or through a `[let]` value that `state_dependent` marks.
 fn depends_on_state(expression: &Expression, state_dependent: &[bool]) -> bool {
     expression.tree.symbols().any(|symbol| match symbol {
-        Symbol::State(_) | Symbol::JointTorque(_) | Symbol::JointAcceleration(_) => true,
+        Symbol::State(_)
+        | Symbol::JointTorque(_)
+        | Symbol::JointAcceleration(_)
+        | Symbol::ExternalRate(_) => true,
         Symbol::Let(i) => state_dependent.get(i).copied().unwrap_or(false),
         _ => false,
     })

@@ -6,6 +6,7 @@ mod covariance;
 mod effects;
 mod entries;
 mod equations;
+mod external;
 mod quantity;
 mod read;
 mod robot;
@@ -21,6 +22,7 @@ use crate::text::Tree;
 pub use addition::{Addition, Change, Draft, DraftState, DraftTarget, How, Target};
 use augsim_data::{Dimensions, Unit};
 pub use covariance::Covariance;
+pub use external::{External, Force};
 pub use read::{parse, read};
 pub use robot::{Joint, LINEAR_ENDINGS, LinkProperties, Property, RobotModel, plain_name};
 pub use robot_properties::RobotProperties;
@@ -292,6 +294,8 @@ pub struct Model {
     pub numerics: Numerics,
     /// Rigid-body dynamics of a robot; `None` if the file has no section `[robot]`.
     pub robot: Option<Arc<RobotModel>>,
+    /// Function outside the file that computes rates; `None` if the file has no section `[external]`.
+    pub external: Option<External>,
     /// Effects that change the equations, in the order in which they are applied.
     pub additions: Vec<Addition>,
     /// Covariance of the fitted parameters; `None` if no fit has written it.

@@ -61,6 +61,7 @@ pub fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
         tables: Vec::new(),
         numerics: Numerics::default(),
         robot: None,
+        external: None,
         additions: Vec::new(),
         covariance: None,
         candidates: Vec::new(),
@@ -69,6 +70,7 @@ pub fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
     let robot = super::robot::declare(&file)?;
     names.joints.extend(robot.iter().flat_map(|robot| robot.joints.clone()));
     declare(&file, &mut model, &mut names)?;
+    model.external = super::external::read(&file, &model)?;
     Equations::new(&names).read(&file, robot, &mut model)?;
     effects::read(&file, &mut model)?;
     model.covariance = covariance::read(&file, &model)?;
@@ -77,7 +79,7 @@ pub fn parse(text: &str, file: &str) -> Result<Model, ModelError> {
 }
 
 /// Keys that a model file may have at its top level.
-const TOP_LEVEL_KEYS: [&str; 15] = [
+const TOP_LEVEL_KEYS: [&str; 16] = [
     "scenario",
     "name",
     "states",
@@ -89,6 +91,7 @@ const TOP_LEVEL_KEYS: [&str; 15] = [
     "events",
     "tables",
     "robot",
+    "external",
     "numerics",
     "effect",
     "candidate",

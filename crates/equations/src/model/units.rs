@@ -87,6 +87,10 @@ fn dimensions_of_symbol(model: &Model, symbol: Symbol) -> Option<Dimensions> {
         Symbol::JointAcceleration(i) => {
             model.robot.as_ref().and_then(|r| r.acceleration_unit(i)).map(Unit::dimensions)
         }
+        Symbol::ExternalRate(i) => {
+            let unit = model.states.get(i).and_then(|state| state.unit);
+            unit.map(|unit| unit.dimensions() / Dimensions::TIME)
+        }
         _ => declared_unit(model, symbol).map(Unit::dimensions),
     }
 }
@@ -98,7 +102,11 @@ fn declared_unit(model: &Model, symbol: Symbol) -> Option<Unit> {
         Symbol::Input(i) => model.inputs.get(i).and_then(|q| q.unit),
         Symbol::Parameter(i) => model.parameters.get(i).and_then(|q| q.unit),
         Symbol::Output(i) => model.outputs.get(i).and_then(|q| q.unit),
-        Symbol::Let(_) | Symbol::Time | Symbol::JointTorque(_) | Symbol::JointAcceleration(_) => None,
+        Symbol::Let(_)
+        | Symbol::Time
+        | Symbol::JointTorque(_)
+        | Symbol::JointAcceleration(_)
+        | Symbol::ExternalRate(_) => None,
     }
 }
 

@@ -61,7 +61,8 @@ const FUNCTIONS: [(&str, Function, usize); 23] = [
 ];
 
 /// Names of the calls that have their own syntax.
-pub(crate) const SPECIAL: [&str; 5] = ["if", "table", "slope", "inverse_dynamics", "forward_dynamics"];
+pub(crate) const SPECIAL: [&str; 6] =
+    ["if", "table", "slope", "inverse_dynamics", "forward_dynamics", "external_rate"];
 
 /// Names that no quantity of a model may have, besides the names of functions.
 const RESERVED: [&str; 12] =

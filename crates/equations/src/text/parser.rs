@@ -264,6 +264,7 @@ impl Parser<'_, '_> {
             "table" | "slope" => return self.named_call(name, span),
             "inverse_dynamics" => return self.joint_call(name, span, Symbol::JointTorque),
             "forward_dynamics" => return self.joint_call(name, span, Symbol::JointAcceleration),
+            "external_rate" => return self.rate_call(span),
             _ => {}
         }
         let Some(function) = Function::named(name) else {
@@ -344,6 +345,24 @@ impl Parser<'_, '_> {
         let joint = self.scope.joint(name).map_err(|problem| (problem, name_span))?;
         let end = self.close(&open)?;
         Ok(self.push(Kind::Symbol(symbol(joint)), span.start..end))
+    }
+
+    /// Parses `external_rate(STATE)` after its name.
+    fn rate_call(&mut self, span: Range<usize>) -> Result<usize, Failure> {
+        let missing = Problem::NameMissing { function: "external_rate", expected: "a state" };
+        let open = self.span.clone();
+        self.advance()?;
+        let Token::Name(name) = self.token else { return Err(self.problem_here(missing)) };
+        let name_span = self.span.clone();
+        self.advance()?;
+        let end = self.close(&open)?;
+        match self.scope.symbol(name) {
+            Ok(Symbol::State(state)) => {
+                Ok(self.push(Kind::Symbol(Symbol::ExternalRate(state)), span.start..end))
+            }
+            Ok(_) => Err((missing, name_span)),
+            Err(problem) => Err((problem, name_span)),
+        }
     }
 
     /// Parses `table(NAME, z)` and `slope(OUTPUT)` after their names.

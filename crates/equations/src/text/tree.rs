@@ -25,6 +25,8 @@ pub enum Symbol {
     JointTorque(usize),
     /// The acceleration of a joint of the robot by its forward dynamics, rad/s2 (or m/s2), by the joint's index.
     JointAcceleration(usize),
+    /// The rate of a state by the external function of the model, per second, by the index of the state.
+    ExternalRate(usize),
 }
 
 /// Comparison operator of a condition.

@@ -8,6 +8,7 @@ mod messages;
 // The engine, and its interface for calibration and discovery.
 mod bridge;
 mod engine;
+mod external;
 
 // The library of effects.
 mod effects;

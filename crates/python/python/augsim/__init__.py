@@ -12,7 +12,8 @@ from ._augsim import __version__
 from ._data import Data, read
 from ._discovery import Discovery, Figures, discover
 from ._errors import DataError, Error, ModelError, NumericalError, UsageError
-from ._model import Fit, Model, Parameter
+from ._model import Fit, Model, Parameter, Parameters
+from ._robot import from_robot
 from ._run import Run, train
 from ._stepper import Stepper
 
@@ -27,11 +28,13 @@ __all__ = [
     "ModelError",
     "NumericalError",
     "Parameter",
+    "Parameters",
     "Run",
     "Stepper",
     "UsageError",
     "__version__",
     "discover",
+    "from_robot",
     "generate",
     "read",
     "train",

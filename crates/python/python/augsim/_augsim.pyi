@@ -1,6 +1,7 @@
 """Extension module. Use the package `augsim`, which wraps it with checks and docstrings."""
 
 from collections.abc import Callable
+from datetime import timedelta
 from os import PathLike
 from typing import Any
 
@@ -32,6 +33,12 @@ class Model:
     def scenario(self) -> str: ...
     def parameters(self) -> list[tuple[str, float, float, float, bool, tuple[float, float] | None]]: ...
     def to_toml(self) -> str: ...
+    @staticmethod
+    def external(text: str, function: Any) -> Model: ...
+    def function(self) -> Any: ...
+    def with_parameters(self, values: list[tuple[str, float]]) -> Model: ...
+    def export(self, language: str) -> str | None: ...
+    def predict(self, data: Source, *, burn_in: int, samples: int, seed: int) -> Data: ...
     def fit(self, data: Source, *, accept: list[str]) -> tuple[Model, str]: ...
     def simulate(
         self,
@@ -103,8 +110,24 @@ def discover(
     seed: int,
     groups: list[str],
     null_runs: int,
+    library: bool,
     only: list[str],
     exclude: list[str],
     accept: list[str],
+    time_limit: timedelta | None,
+    threads: int | None,
     progress: Callable[[str, float | None], Any] | None,
 ) -> Discovery: ...
+def end_functions() -> None: ...
+def from_robot(
+    robot: str | PathLike[str],
+    log: Source,
+    folder: str | PathLike[str],
+    *,
+    joints: list[str],
+    positions: list[tuple[str, str]],
+    torques: list[tuple[str, str]],
+    is_forward: bool | None,
+    gravity: tuple[float, float, float] | None,
+    free: tuple[bool, bool, bool],
+) -> tuple[Model, list[str]]: ...

@@ -6,14 +6,20 @@ import html
 import json
 import os
 from collections.abc import Iterator, Sequence
+from datetime import timedelta
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from . import _augsim, _progress
+from ._data import Data
 from ._errors import UsageError
-from ._model import Model, _opened, whole
+from ._model import Model, _opened, explained, frame, whole
 from ._tables import source
+
+
+#: Files in the folder of a discovery.
+RESULT, MODEL, REPORT = "result.json", "model.toml", "report.html"
 
 
 class Figures(Sequence[str]):
@@ -54,10 +60,19 @@ class Figures(Sequence[str]):
 
 
 class Discovery:
-    """Result of :func:`augsim.discover`. A notebook shows the sentence, the table of errors and the first figures."""
+    """Result of :func:`augsim.discover`. A notebook shows the sentence, the table of errors and the first figures.
 
-    def __init__(self, inner: _augsim.Discovery) -> None:
-        self._inner = inner
+    ``Discovery(folder)`` opens the folder of ``augsim discover`` or of :meth:`save`.
+    """
+
+    def __init__(self, folder: str | os.PathLike[str]) -> None:
+        self._inner: Any = _Saved(Path(folder))
+
+    @classmethod
+    def _of(cls, inner: Any) -> Discovery:
+        found = cls.__new__(cls)
+        found._inner = inner
+        return found
 
     @cached_property
     def json(self) -> str:
@@ -112,9 +127,49 @@ class Discovery:
         path.write_text(self._inner.page(path.parent), encoding="utf-8")
         return path
 
-    def plot(self) -> Figures:
-        """The figures of the report."""
-        return Figures(self._inner.figures())
+    def save(self, folder: str | os.PathLike[str]) -> Path:
+        """Writes ``result.json``, ``model.toml`` and ``report.html`` into a folder, which is made if it does not exist."""
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / RESULT).write_text(self.json, encoding="utf-8")
+        (folder / MODEL).write_text(self.model.to_toml(), encoding="utf-8")
+        self.to_html(folder / REPORT)
+        return folder
+
+    def predict(self, data: Any, *, burn_in: int = 5, samples: int = 400, seed: int = 1) -> Data:
+        """Predicts trajectories with the augmented model; see :meth:`augsim.Model.predict`."""
+        return self.model.predict(data, burn_in=burn_in, samples=samples, seed=seed)
+
+    def residuals(self, data: Any, *, burn_in: int = 5) -> dict[str, Any]:
+        """Measured minus predicted values of the augmented model; see :meth:`augsim.Model.residuals`."""
+        return self.model.residuals(data, burn_in=burn_in)
+
+    def summary(self) -> Any:
+        """The parameters of the established effects as a pandas frame with a row each, or as a dict of lists without pandas."""
+        rows = [(e["kind"], name, p) for e in self.effects for name, p in e["parameters"].items()]
+        intervals = [p.get("ci95") or (float("nan"), float("nan")) for _, _, p in rows]
+        return frame(
+            {
+                "effect": [kind for kind, _, _ in rows],
+                "parameter": [name for _, name, _ in rows],
+                "value": [p.get("value") for _, _, p in rows],
+                "low": [low for low, _ in intervals],
+                "high": [high for _, high in intervals],
+                "unit": [p.get("unit", "") for _, _, p in rows],
+            }
+        )
+
+    def plot(self, ax: Any = None) -> Any:
+        """The figures of the report; with a matplotlib ``ax``, the errors of the models as bars on it, and returns the axes."""
+        if ax is None:
+            return Figures(self._inner.figures())
+        names = [name for name in ("declared", "calibrated", "augmented") if name in self.error]
+        values = [self.error[name]["rmse"] for name in names]
+        ends = [self.error[name].get("ci95") or (value, value) for name, value in zip(names, values)]
+        reach = [[max(v - low, 0.0) for v, (low, _) in zip(values, ends)], [max(high - v, 0.0) for v, (_, high) in zip(values, ends)]]
+        ax.bar(names, values, yerr=reach, capsize=4)
+        ax.set_ylabel(f"error on held-out trajectories in {self.error['unit']}")
+        return ax
 
     def _repr_html_(self) -> str:
         return _frame(self._inner.excerpt(), 720)
@@ -123,10 +178,47 @@ class Discovery:
         return f"<augsim.Discovery: {self.verdict}. {self.sentence}>"
 
 
+class _Saved:
+    """The folder of a discovery, in place of the discovery itself."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        missing = [name for name in (RESULT, MODEL) if not (folder / name).is_file()]
+        if missing:
+            raise UsageError(f"{folder}: there is no {' and no '.join(missing)}; give the folder of a discovery")
+
+    def json(self) -> str:
+        return (self._folder / RESULT).read_text(encoding="utf-8")
+
+    def model(self) -> _augsim.Model:
+        return _augsim.Model.read(self._folder / MODEL)
+
+    def page(self, _folder: str | os.PathLike[str]) -> str:
+        try:
+            return (self._folder / REPORT).read_text(encoding="utf-8")
+        except FileNotFoundError as cause:
+            raise UsageError(f"{self._folder}: there is no {REPORT}; run the discovery again") from cause
+
+    def excerpt(self) -> str:
+        return f"<p>{html.escape(json.loads(self.json())['sentence'])}</p>"
+
+    def figures(self) -> list[tuple[str, str]]:
+        raise UsageError(f"{self._folder}: the figures are in {self._folder / REPORT}; discover() returns them one by one")
+
+
 def _frame(page: str, height: int) -> str:
     """Embeds a page in an iframe to isolate its styles."""
     text = html.escape(page, quote=True)
     return f'<iframe srcdoc="{text}" style="width:100%;height:{height}px;border:0"></iframe>'
+
+
+def _duration(limit: float | timedelta | None) -> timedelta | None:
+    if limit is None or isinstance(limit, timedelta):
+        return limit
+    try:
+        return timedelta(seconds=limit)
+    except (TypeError, ValueError, OverflowError) as cause:
+        raise UsageError(f"time_limit = {limit!r}: give seconds") from cause
 
 
 def discover(
@@ -136,9 +228,13 @@ def discover(
     seed: int = 1,
     groups: Sequence[str] | None = None,
     null_runs: int = 19,
+    library: bool = True,
     only: Sequence[str] = (),
     exclude: Sequence[str] = (),
     accept: Sequence[str] = (),
+    time_limit: float | timedelta | None = None,
+    threads: int | None = None,
+    title: str | None = None,
     progress: bool | _progress.Progress = True,
 ) -> Discovery:
     """Finds the effects that a declared model lacks, with the same result as ``augsim discover`` for the same seed.
@@ -147,7 +243,9 @@ def discover(
     the trajectories of these groups, ``null_runs`` is the number of simulated recordings without a missing effect on which the
     selection is repeated (at most 1000). ``only`` names the effects of the library to try, without formulas and values by group,
     and ``exclude`` those not to try; with both, the effects of ``only`` that ``exclude`` does not name are tried. ``accept`` names
-    data checks to ignore. ``progress`` shows the step in a terminal or a
+    data checks to ignore. ``library=False`` searches formulas alone. After ``time_limit`` (seconds) the search ends with the best
+    model so far. ``threads`` is the number of threads, by default that of the cores; the result does not depend on it. ``title`` is
+    the name of data in memory in the report. ``progress`` shows the step in a terminal or a
     notebook; a callable gets the text of the step and the completed fraction (or ``None``). Other Python threads continue to run,
     and Ctrl-C stops the search.
 
@@ -156,18 +254,23 @@ def discover(
     if any(isinstance(names, str) for names in (groups, only, exclude, accept)):
         raise UsageError("groups, only, exclude and accept are lists of names; write ['name'] for one")
     reporter = _progress.reporter_for(progress)
+    opened = _opened(model)
     try:
-        found = _augsim.discover(
-            _opened(model),
-            source(data),
-            seed=whole("seed", seed),
-            groups=[str(group) for group in groups or ()],
-            null_runs=whole("null_runs", null_runs),
-            only=[str(effect) for effect in only],
-            exclude=[str(effect) for effect in exclude],
-            accept=[str(check) for check in accept],
-            progress=reporter,
-        )
+        with explained(opened):
+            found = _augsim.discover(
+                opened,
+                source(data, "table" if title is None else str(title)),
+                seed=whole("seed", seed),
+                groups=[str(group) for group in groups or ()],
+                null_runs=whole("null_runs", null_runs),
+                library=bool(library),
+                only=[str(effect) for effect in only],
+                exclude=[str(effect) for effect in exclude],
+                accept=[str(check) for check in accept],
+                time_limit=_duration(time_limit),
+                threads=None if threads is None else max(whole("threads", threads), 1),
+                progress=reporter,
+            )
     finally:
         _progress.clear(reporter)
-    return Discovery(found)
+    return Discovery._of(found)

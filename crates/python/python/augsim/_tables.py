@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,13 +15,18 @@ from ._errors import DataError
 LABELS = ("trajectory", "group")
 
 
-def source(data: Any) -> _augsim.Source:
-    """Makes a source from a path, a frame, a dict of arrays, or the result of :func:`augsim.read`."""
+def source(data: Any, title: str = "table") -> _augsim.Source:
+    """Makes a source from a path, a frame, a list of frames, a dict of arrays, or the result of :func:`augsim.read`.
+
+    ``title`` names a table in messages and reports.
+    """
     existing = getattr(data, "_source", None)
     if isinstance(existing, _augsim.Source):
         return existing
     if isinstance(data, (str, os.PathLike)):
         return _augsim.Source.file(os.fspath(data))
+    if isinstance(data, (list, tuple)) and data:
+        data = _joined(data)
     if isinstance(data, Mapping):
         names: list[Any] = list(data.keys())
     elif hasattr(data, "columns") and hasattr(data, "__getitem__"):
@@ -37,7 +42,30 @@ def source(data: Any) -> _augsim.Source:
         if names.count(name) > 1:
             raise DataError(f"the table has the column `{name}` twice; rename one")
     columns = [(name, _column(name, data[name])) for name in names]
-    return _augsim.Source.columns("table", columns)
+    if "trajectory" not in names and columns:
+        # A table of one run.
+        columns.insert(0, ("trajectory", ["1"] * len(columns[0][1])))
+    return _augsim.Source.columns(title, columns)
+
+
+def _joined(tables: Sequence[Any]) -> dict[str, Any]:
+    """One table of several runs, each a frame or a dict; runs without a column `trajectory` are numbered."""
+    runs = []
+    for number, table in enumerate(tables, start=1):
+        names = list(table.keys()) if isinstance(table, Mapping) else list(getattr(table, "columns", ()))
+        if not names:
+            raise DataError(f"run {number} of the list is of type {type(table).__name__}: give a frame or a dict of arrays")
+        run = {name: _values(table[name]) for name in names}
+        if runs and set(run) - {"trajectory"} != set(runs[0]) - {"trajectory"}:
+            raise DataError(f"run {number} of the list has the columns {', '.join(map(str, names))}; give the same in every run")
+        if "trajectory" not in run:
+            run = {"trajectory": np.full(len(run[names[0]]), str(number))} | run
+        runs.append(run)
+    return {name: np.concatenate([run[name] for run in runs]) for name in runs[0]}
+
+
+def _values(cells: Any) -> np.ndarray:
+    return np.asanyarray(cells.to_numpy() if hasattr(cells, "to_numpy") else cells)
 
 
 def _column(name: str, cells: Any) -> list[str] | np.ndarray:
@@ -51,6 +79,9 @@ def _column(name: str, cells: Any) -> list[str] | np.ndarray:
         raise DataError(f"the table's column `{name}`: an array of {shape} values; give one value a row")
     if name in LABELS:
         return [_label(name, row, value) for row, value in enumerate(values.tolist())]
+    if values.dtype.kind == "m":
+        # Time differences are read in seconds.
+        values = np.where(np.isnat(values), np.nan, values / np.timedelta64(1, "s"))
     return numbers(f"the table's column `{name}`", values)
 
 

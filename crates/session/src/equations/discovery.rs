@@ -28,11 +28,11 @@ const MAX_WINDOW_SAMPLES: f64 = 500.0;
 /// The model cannot be simulated over the shortest windows.
 pub fn complete(
     found: &mut Discovery,
-    file: &str,
+    declared: &Model,
     data: &Dataset,
     gauges: &[Vec<String>],
 ) -> anyhow::Result<()> {
-    let mut model = augsim_equations::model::parse(&found.model_toml, file)?;
+    let mut model = declared.parse_changed(&found.model_toml)?;
     mark_gauges(found, &mut model, gauges);
     let records = records::records(data, &model, true)?;
     estimate_shared_starts(&mut model, &records)?;

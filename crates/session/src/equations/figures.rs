@@ -53,7 +53,7 @@ pub fn figures(subject: &Subject, found: &Discovery, data: &Dataset) -> Figures 
 }
 
 fn draw(declared: &Model, found: &Discovery, data: &Dataset) -> anyhow::Result<Figures> {
-    let augmented = augsim_equations::model::parse(&found.model_toml, &declared.file)?;
+    let augmented = declared.parse_changed(&found.model_toml)?;
     let mut calibrated = declared.clone();
     for (input, chosen) in calibrated.inputs.iter_mut().zip(&augmented.inputs) {
         input.hold = chosen.hold;

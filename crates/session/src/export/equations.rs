@@ -43,6 +43,7 @@ impl Writer<'_> {
                 Symbol::Time => "t".to_owned(),
                 Symbol::JointTorque(i) => self.joint("\\tau", i),
                 Symbol::JointAcceleration(i) => self.joint("\\ddot{q}", i),
+                Symbol::ExternalRate(i) => self.external_rate(i),
             };
         }
         let is_c = self.language == Language::C;
@@ -62,6 +63,13 @@ impl Writer<'_> {
     fn joint(&self, symbol: &str, joint: usize) -> String {
         let name = self.model.robot.as_ref().and_then(|robot| robot.joint_names().nth(joint));
         format!("{symbol}_{{\\mathrm{{rigid}}}}({})", latex_name(&name.unwrap_or_default()))
+    }
+
+    /// The rate of a state by the external function of the model.
+    fn external_rate(&self, state: usize) -> String {
+        let function = self.model.external.as_ref().map(|external| external.function.as_str());
+        let (function, state) = (function.unwrap_or_default(), &self.model.states[state].name);
+        format!("\\operatorname{{{}}}_{{{}}}(t, x, u, p)", latex_name(function), latex_name(state))
     }
 
     fn nan(&self) -> String {
