@@ -107,9 +107,7 @@ fn payload_places(robot: &RobotModel) -> Vec<Place> {
     }]
 }
 
-/// Place `tilt`: the two components of gravity across its nominal direction, and the one along it with its nominal value `g`.
-///
-/// A tilt turns gravity and keeps its size.
+/// Place `tilt`: the two components of gravity across its nominal direction, and the one along it.
 fn tilt_places(robot: &RobotModel) -> Vec<Place> {
     let size = |axis: &usize| robot.nominal_gravity(*axis).abs();
     let along = (0..3).max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(2);
@@ -122,7 +120,7 @@ fn tilt_places(robot: &RobotModel) -> Vec<Place> {
         others: vec![Target::Gravity(across[1]), Target::Gravity(along)],
         on: "gravity".to_owned(),
         with: None,
-        names: vec![("g", format!("({:?})", robot.nominal_gravity(along)))],
+        names: Vec::new(),
     }]
 }
 

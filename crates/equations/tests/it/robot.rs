@@ -377,6 +377,7 @@ kind = "tilt"
 on = "gravity"
 a = 0.2
 b = 0.3
+c = 0.1
 [[effect]]
 kind = "presliding"
 on = "axis4"

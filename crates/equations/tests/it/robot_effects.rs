@@ -138,9 +138,18 @@ fn a_payload_is_a_point_mass_on_the_last_link() {
 }
 
 #[test]
-fn a_tilt_turns_gravity_and_keeps_its_size() {
-    let along = -(GRAVITY[2] * GRAVITY[2] - 3.5 * 3.5 - 1.2 * 1.2_f64).sqrt();
-    check_changed(&effect("tilt", "gravity", "a = 3.5\nb = -1.2"), |_| (), [3.5, -1.2, along]);
+fn a_dead_zone_takes_its_width_from_the_torque_of_the_drive() {
+    let block = effect("dead-zone", "shoulder", "d = 0.4\nw = 0.05");
+    check_torques(&Arm::two_links(), &block, |_, rigid| vec![-0.4 * (rigid[0] / 0.05).tanh(), 0.0]);
+}
+
+#[test]
+fn a_tilt_changes_gravity_across_and_along_its_direction() {
+    check_changed(
+        &effect("tilt", "gravity", "a = 3.5\nb = -1.2\nc = 0.7"),
+        |_| (),
+        [3.5, -1.2, GRAVITY[2] + 0.7],
+    );
 }
 
 #[test]
