@@ -78,8 +78,9 @@ pub(super) fn places(word: &str, model: &Model) -> Option<Vec<Place>> {
             (None, Some(external)) if !external.forces.is_empty() => external_places(model, external),
             _ => force_places(model, &motion),
         },
-        "joint-load" | "joint-pair" | "joint-inertia-pair" | "armature" | "payload" | "tilt" => {
-            model.robot.as_ref().map_or_else(Vec::new, |robot| robot::places(word, robot))
+        "joint-load" | "joint-drive" | "joint-pair" | "joint-inertia-pair" | "armature" | "payload"
+        | "tilt" => {
+            model.robot.as_ref().map_or_else(Vec::new, |robot| robot::places(word, robot, &model.outputs))
         }
         "flow" => flow_places(model, &motion),
         "flow-pair" => flow_pair_places(model, &motion),

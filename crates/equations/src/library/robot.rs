@@ -1,7 +1,8 @@
 //! Places of a robot where a library row can be applied: joints, pairs of joints, the last link and gravity.
 
 use super::row_place::Place;
-use crate::model::{Joint, RobotModel, Target};
+use crate::model::{Joint, Output, RobotModel, Target};
+use crate::text::Symbol;
 
 /// Places `force` of a robot: the torque on every joint, with its position and speed.
 pub(super) fn joint_places(robot: &RobotModel) -> Vec<Place> {
@@ -19,9 +20,10 @@ pub(super) fn joint_places(robot: &RobotModel) -> Vec<Place> {
 }
 
 /// The places that another word stands for in a robot; none for an unknown word.
-pub(super) fn places(word: &str, robot: &RobotModel) -> Vec<Place> {
+pub(super) fn places(word: &str, robot: &RobotModel, outputs: &[Output]) -> Vec<Place> {
     match word {
         "joint-load" => load_places(robot),
+        "joint-drive" => drive_places(robot, outputs),
         "joint-pair" => pair_places(robot, &[]),
         "joint-inertia-pair" => inertia_pair_places(robot),
         "armature" => armature_places(robot),
@@ -43,6 +45,19 @@ fn load_places(robot: &RobotModel) -> Vec<Place> {
         place.names.push(("load", load));
     }
     places.retain(|place| place.names.iter().any(|(name, _)| *name == "load"));
+    places
+}
+
+/// Places `joint-drive`: every joint whose drive has a measured torque, with the declared value of that torque.
+fn drive_places(robot: &RobotModel, outputs: &[Output]) -> Vec<Place> {
+    let mut places = joint_places(robot);
+    for (joint, place) in places.iter_mut().enumerate() {
+        let of_joint = |o: &&Output| o.value.tree.symbols().any(|s| s == Symbol::JointTorque(joint));
+        if let Some(output) = outputs.iter().find(of_joint) {
+            place.names.push(("drive", in_brackets(&output.value.tree.text)));
+        }
+    }
+    places.retain(|place| place.names.iter().any(|(name, _)| *name == "drive"));
     places
 }
 

@@ -138,9 +138,14 @@ fn a_payload_is_a_point_mass_on_the_last_link() {
 }
 
 #[test]
-fn a_dead_zone_takes_its_width_from_the_torque_of_the_drive() {
-    let block = effect("dead-zone", "shoulder", "d = 0.4\nw = 0.05");
-    check_torques(&Arm::two_links(), &block, |_, rigid| vec![-0.4 * (rigid[0] / 0.05).tanh(), 0.0]);
+fn a_dead_zone_asks_more_torque_of_the_drive_wherever_it_gives_some() {
+    let arm = Arm::two_links();
+    let model = arm.inverse(&[], &effect("dead-zone", "shoulder", "d = 0.4\nw = 0.05"));
+    for motion in (0..3).map(|k| arm.motion(k)) {
+        let rigid = arm.torques(&motion);
+        let expected = [rigid[0] + 0.4 * (rigid[0] / 0.05).tanh(), rigid[1]];
+        assert_close(&outputs(&model, &motion), &expected, 1e-12, "dead-zone");
+    }
 }
 
 #[test]
