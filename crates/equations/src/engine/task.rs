@@ -1,13 +1,15 @@
 //! Input and result of a simulation by the engine.
 
 use super::{Method, Signal, SimulationError};
+use std::sync::Arc;
 
 /// A recording in the form of the engine: times of the samples, and inputs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
     pub(crate) name: String,
     pub(crate) times: Vec<f64>,
-    pub(crate) inputs: Vec<Signal>,
+    /// Inputs in the order of the model, which records of the same recording share.
+    pub(crate) inputs: Arc<[Signal]>,
     /// Whether all inputs are sampled at the output times, so that no sample interval needs a search for input knots.
     pub(crate) is_aligned: bool,
 }
@@ -20,6 +22,18 @@ impl Record {
     /// # Errors
     /// [`SimulationError::TimesDoNotIncrease`].
     pub fn new(name: &str, times: Vec<f64>, inputs: Vec<Signal>) -> Result<Record, SimulationError> {
+        Self::with_inputs(name, times, inputs.into())
+    }
+
+    /// A record of the same recording with other sample times, s.
+    ///
+    /// # Errors
+    /// [`SimulationError::TimesDoNotIncrease`].
+    pub(super) fn at_times(&self, times: Vec<f64>) -> Result<Record, SimulationError> {
+        Self::with_inputs(&self.name, times, self.inputs.clone())
+    }
+
+    fn with_inputs(name: &str, times: Vec<f64>, inputs: Arc<[Signal]>) -> Result<Record, SimulationError> {
         if let Some(pair) =
             times.windows(2).find(|pair| pair[1] <= pair[0] || pair[1].is_nan() || pair[0].is_nan())
         {

@@ -10,7 +10,7 @@
 //! over the samples `t_k` of the inputs within the reach of the response `g`, where `d_k` is the part of the time that lies
 //! nearest to `t_k`. Its derivatives have the same weights.
 
-use super::{Options, Record, Seed, Signal, Simulated, SimulationError, Window};
+use super::{Options, Seed, Signal, Simulated, SimulationError, Window};
 use crate::model::Model;
 use crate::system::System;
 use augsim_robot::signals::LowPassResponse;
@@ -79,12 +79,12 @@ impl System {
         let times = &record.times[samples];
         let reach_s = self.model.low_pass_reach_s();
         if reach_s == 0.0 {
-            return self.computed_at(window, times.to_vec(), record.inputs.clone(), seeds, options);
+            return self.computed_at(window, times.to_vec(), seeds, options);
         }
         let (begin, end) = (times[0] - reach_s, times[times.len() - 1] + reach_s);
         let knots = knots_between(&record.inputs, begin, end);
         let all = merged(&knots, times);
-        let computed = self.computed_at(window, all.clone(), record.inputs.clone(), seeds, options)?;
+        let computed = self.computed_at(window, all.clone(), seeds, options)?;
         Ok(self.low_passed(times, &all, &knots, &computed, seeds.len()))
     }
 
@@ -135,11 +135,10 @@ impl System {
         &self,
         window: &Window<'_>,
         times: Vec<f64>,
-        inputs: Vec<Signal>,
         seeds: &[Seed],
         options: &Options,
     ) -> Result<Simulated, SimulationError> {
-        let record = Record::new(&window.record.name, times, inputs)?;
+        let record = window.record.at_times(times)?;
         let count = record.times.len();
         let share = count.div_ceil(LANES).max(LANE_TIMES);
         let lane = |first: usize| Window {
