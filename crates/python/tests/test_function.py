@@ -1,9 +1,6 @@
 """Contract (issue 53): a function of Python is a declared model like a file. It finds the same effects and values, and whatever it
 does wrong is one clear exception; nothing hangs."""
 
-import signal
-import subprocess
-import sys
 import textwrap
 import threading
 import time
@@ -13,6 +10,7 @@ import pytest
 
 import augsim
 import systems
+from interrupting import seconds_to_stop
 
 #: Longest time in s from Ctrl-C to the exception.
 PROMPT = 2.0
@@ -263,19 +261,5 @@ def test_ctrl_c_stops_a_function(body):
             print("stopped", flush=True)
         """
     )
-    process = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    limit = threading.Timer(60.0, process.kill)
-    limit.start()
-    try:
-        assert process.stdout.readline() == "ready\n"
-        time.sleep(0.7)
-        begun = time.monotonic()
-        process.send_signal(signal.SIGINT)
-        assert process.stdout.readline() == "stopped\n"
-        seconds = time.monotonic() - begun
-        _, errors = process.communicate(timeout=30)
-    finally:
-        limit.cancel()
-        process.kill()
-    assert process.returncode == 0 and errors == "", errors
+    seconds = seconds_to_stop(program, 0.7)
     assert seconds < PROMPT, f"{seconds:.2f} s"

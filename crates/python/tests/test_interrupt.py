@@ -2,14 +2,9 @@
 reports progress often (training), rarely (a search) or never (a fit). Each case runs in a separate process, because the signal is for
 the whole process."""
 
-import signal
-import subprocess
-import sys
-import textwrap
-import threading
-import time
-
 import pytest
+
+from interrupting import seconds_to_stop
 
 # Seconds from the signal to the exception: a look every 0.05 s, on processors that the work keeps busy.
 PROMPT = 1.5
@@ -42,21 +37,5 @@ def test_ctrl_c_ends_it_promptly(root, call):
         except KeyboardInterrupt:
             print("stopped", flush=True)
     """
-    process = subprocess.Popen(
-        [sys.executable, "-c", textwrap.dedent(script)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-    limit = threading.Timer(60, process.kill)
-    limit.start()
-    try:
-        assert process.stdout.readline() == "ready\n"
-        time.sleep(0.5)
-        begun = time.monotonic()
-        process.send_signal(signal.SIGINT)
-        assert process.stdout.readline() == "stopped\n"
-        seconds = time.monotonic() - begun
-        _, errors = process.communicate(timeout=30)
-    finally:
-        limit.cancel()
-        process.kill()
-    assert process.returncode == 0 and errors == "", errors
+    seconds = seconds_to_stop(script, 0.5)
     assert seconds < PROMPT, f"{seconds:.2f} s"
