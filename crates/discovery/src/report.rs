@@ -211,6 +211,7 @@ fn effects(parts: &AnswerParts<'_>, error: &ErrorTable) -> Vec<FoundEffect> {
             removed: removed.and_then(|list| list.first().copied()).filter(|x| x.is_finite()),
             per: match a {
                 Addition::Scatter(s) => Some(s.draw_unit.clone()),
+                Addition::Effect(_, Per::Group) => Some("group".to_owned()),
                 _ => None,
             },
         });
