@@ -1,6 +1,7 @@
 //! A hypothesis: the declared model with additions, and its free parameters.
 
 use crate::addition::Addition;
+use crate::group_distribution::spread_of_groups;
 use crate::linear::Square;
 use crate::record::Measured;
 use augsim_system::{
@@ -309,8 +310,11 @@ impl Hypothesis {
             let values = match f.per {
                 Per::All => Some(FittedValues::One(theta[next])),
                 Per::Group => {
-                    let by_group = data.groups.iter().cloned().zip(theta[next..].iter().copied());
-                    Some(FittedValues::ByGroup(by_group.collect()))
+                    let groups = next..next + data.groups.len();
+                    let by_group = data.groups.iter().cloned().zip(theta[groups.clone()].iter().copied());
+                    let estimates = groups.filter_map(|i| Some((theta[i], *ci95.get(i)?)));
+                    let sd = spread_of_groups(estimates);
+                    Some(FittedValues::ByGroup { values: by_group.collect(), sd })
                 }
                 Per::Trajectory => None,
             };

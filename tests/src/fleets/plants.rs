@@ -64,20 +64,21 @@ pub const FLEETS: [FleetPlant; 4] = [
     FleetPlant {
         name: "motor",
         model: "scenario = \"system\"\nname = \"motor\"\n[inputs]\ntorque_N_m = { hold = \"zero\" }\n[parameters]\ninertia_kg_m2 = { nominal = 0.02, min = 0.001, max = 0.5 }\n\
-                friction_N_m_s = { nominal = 0.02, min = 0.0, max = 1.0 }\n[states]\nomega_rad_s = { start = \"speed_rad_s\" }\n[rates]\n\
-                omega_rad_s = \"(torque_N_m - friction_N_m_s * omega_rad_s) / inertia_kg_m2\"\n[outputs]\nspeed_rad_s = \"omega_rad_s\"\n",
+                friction_N_m_s = { nominal = 0.02, min = 0.0, max = 1.0 }\n[states]\nangle_rad = { start = \"encoder_rad\" }\n\
+                omega_rad_s = { start = \"slope(encoder_rad)\" }\n[rates]\nangle_rad = \"omega_rad_s\"\n\
+                omega_rad_s = \"(torque_N_m - friction_N_m_s * omega_rad_s) / inertia_kg_m2\"\n[outputs]\nencoder_rad = \"angle_rad\"\n",
         parameters: &[("inertia_kg_m2", 0.03), ("friction_N_m_s", 0.05)],
-        rate: |x, u, p, a| vec![(u - p[1] * x[0] - a * smooth_sign(x[0])) / p[0]],
+        rate: |x, u, p, a| vec![x[1], (u - p[1] * x[1] - a * smooth_sign(x[1])) / p[0]],
         effect: "coulomb",
         effect_amount: 0.06,
         input_column: "torque_N_m",
         input: [-0.6, 0.6],
-        output_column: "speed_rad_s",
+        output_column: "encoder_rad",
         measured: 0,
-        start: &[0.0],
+        start: &[0.0, 0.0],
         samples: 200,
         step_s: 0.05,
-        noise: 0.01,
+        noise: 0.002,
     },
     FleetPlant {
         name: "oscillator",

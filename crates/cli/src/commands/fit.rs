@@ -45,6 +45,7 @@ pub fn run(args: &Fit, force: bool, output: &Output) -> anyhow::Result<Outcome> 
     if let Subject::Equations(model) = &subject {
         note_reading(&data, model, output)?;
     }
+    let is_new_unit = args.new_unit;
     let steps = Steps::new(output);
     steps.show_step("fitting the parameters".to_owned());
     let work = move |reports: &Sender<Report<(), (Model, FitResult)>>| {
@@ -53,7 +54,15 @@ pub fn run(args: &Fit, force: bool, output: &Output) -> anyhow::Result<Outcome> 
             let _ = reports.send(Report::Progress(()));
             let _ = reports.send(Report::Interim((model, answer)));
         };
-        calibrate(&subject, &file, &data, accepted, limit.map(|limit| limit.search), &mut interim)
+        calibrate(
+            &subject,
+            &file,
+            &data,
+            accepted,
+            is_new_unit,
+            limit.map(|limit| limit.search),
+            &mut interim,
+        )
     };
     let mut show = |()| steps.show_step("estimating the noise".to_owned());
     let Watched { result, stop } = run_watched(limit.map(|limit| limit.end), &mut show, work)?;

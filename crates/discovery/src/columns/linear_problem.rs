@@ -183,20 +183,18 @@ impl<'a> ProblemBuilder<'a> {
         }
     }
 
-    /// Candidates in `library` that can join the fitted set or replace one of its additions. If there is no room
-    /// for the columns of all effects with values by group, only those are candidates whose effect is in the
-    /// fitted set, with one value.
+    /// Candidates in `library` that can join the fitted set or replace one of its additions. An effect with values
+    /// by group is a candidate where the set contains it with one value (marginality: Nelder 1977), so that
+    /// many values do not stand in for another effect; except for a vector, whose mean over groups may vanish.
     fn candidates<'l>(&self, library: &'l [Addition]) -> impl Iterator<Item = &'l Addition> {
         let h = self.at.fit.hypothesis.clone();
-        let per_group = library.iter().filter(|a| matches!(a, Addition::Effect(_, Per::Group)));
-        let groups = self.places.sample.data.groups.len();
-        let has_room = groups * per_group.map(Addition::size).sum::<usize>() <= MAX_COLUMNS;
         let is_candidate = move |a: &&Addition| {
             let known = h.additions.contains(a);
             let joins = a.listed().is_some_and(|effect| effect.joins.is_some());
             let is_tried = match a {
                 Addition::Effect(listed, Per::Group) => {
-                    has_room || h.additions.contains(&Addition::Effect(listed.clone(), Per::All))
+                    listed.effect.polar.is_some()
+                        || h.additions.contains(&Addition::Effect(listed.clone(), Per::All))
                 }
                 _ => true,
             };

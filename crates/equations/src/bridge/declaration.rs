@@ -131,9 +131,9 @@ fn set_fitted(p: &mut Parameter, fitted: &Fitted) {
             p.ci95 = fitted.ci95;
             *value
         }
-        FittedValues::ByGroup(groups) => {
+        FittedValues::ByGroup { values: groups, sd } => {
             p.ci95 = None;
-            p.by_group = Some(GroupValues { values: groups.clone(), sd: None });
+            p.by_group = Some(GroupValues { values: groups.clone(), sd: *sd });
             groups.iter().map(|(_, v)| v).sum::<f64>() / groups.len() as f64
         }
     };

@@ -52,6 +52,9 @@ impl EquationSystem {
         for (place, value) in self.places.iter().zip(task.parameters) {
             parameters[*place] = *value;
         }
+        for (place, difference) in self.group_offsets.get(task.record.group).into_iter().flatten() {
+            parameters[*place] += difference;
+        }
         let mut start = task.start.to_vec();
         if start.len() == declared && declared < model.states.len() {
             // States of effects start where their expressions say; the task has start values only for the

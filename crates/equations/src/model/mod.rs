@@ -344,6 +344,15 @@ impl State {
 }
 
 impl Model {
+    /// Names of all groups for which a parameter has a value of its own, sorted.
+    pub fn group_names(&self) -> Vec<String> {
+        let values = self.parameters.iter().filter_map(|p| p.by_group.as_ref()).flat_map(|g| &g.values);
+        let mut names: Vec<String> = values.map(|(name, _)| name.clone()).collect();
+        names.sort();
+        names.dedup();
+        names
+    }
+
     /// Nominal values of all parameters of the model, in its order.
     pub fn nominals(&self) -> Vec<f64> {
         self.parameters.iter().map(|p| p.nominal).collect()
