@@ -97,10 +97,17 @@ fn fit_text(answer: &FitResult) -> String {
         let interval = match (p.ci95, p.bound) {
             (_, Some(bound)) => format!("at its {bound} bound"),
             (Some(_), _) => format!("95 %: {low} to {high}"),
+            (None, _) if !p.groups.is_empty() => "mean over the groups".to_owned(),
             (None, _) => "no interval".to_owned(),
         };
         let declared = digits(p.declared);
         let _ = writeln!(text, "  {:<24} {value}{unit} (declared {declared}{unit}; {interval})", p.name);
+        for (group, found) in &p.groups {
+            let [value, low, high] = estimate_digits(found.value, found.ci95.unwrap_or([f64::NAN; 2]));
+            let interval =
+                found.ci95.map_or_else(|| "no interval".to_owned(), |_| format!("95 %: {low} to {high}"));
+            let _ = writeln!(text, "    {group:<22} {value}{unit} ({interval})");
+        }
     }
     let stage = answer.windows.last();
     for row in &answer.rows {
