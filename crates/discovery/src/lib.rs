@@ -49,6 +49,7 @@ mod random_effect;
 mod random_effect_test;
 mod record;
 mod records;
+mod repeat_scatter;
 mod replicate_noise;
 mod report;
 mod resampling;
@@ -77,6 +78,7 @@ pub use prediction::{
     PREDICTION_LEVELS, PredictOptions, PredictedChannel, PredictedRecord, PredictionError, PredictionSet,
     quantile_of_draws, rmse_interval, rmse_reduction,
 };
+pub use repeat_scatter::RepeatScatter;
 pub use resampling::{UniformRecord, resample_uniformly};
 pub use result::{
     Anatomy, Bin, Candidate, Discovery, ErrorTable, Estimate, Example, ExampleChannel, FoundEffect,

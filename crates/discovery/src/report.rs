@@ -435,6 +435,7 @@ pub(crate) fn report(parts: &AnswerParts<'_>) -> Result<Discovery, DiscoveryErro
         warnings: Vec::new(),
         notes: Vec::new(),
         noise_cause: None,
+        repeats: Vec::new(),
         next_experiment: next_experiment(parts, &unexplained),
         effects: found_effects,
         leads: leads(parts),

@@ -2,6 +2,7 @@
 
 pub use crate::estimate::Estimate;
 use crate::noise_cause::NoiseCause;
+use crate::repeat_scatter::RepeatScatter;
 use augsim_data::checks::Warning;
 use augsim_system::TopView;
 use serde::{Deserialize, Serialize};
@@ -437,6 +438,9 @@ pub struct Discovery {
     /// estimated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise_cause: Option<NoiseCause>,
+    /// Scatter of each output between recordings with the same inputs; empty where there are no repeats.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub repeats: Vec<RepeatScatter>,
     /// Other sets of effects that explain the data equally well, as names of effects.
     pub alternatives: Vec<Vec<String>>,
     /// The effect that the data show but the library lacks; `None` if there is none.

@@ -3,9 +3,9 @@
 use super::downsample::downsample;
 use super::fit::{estimate_shared_starts, fit, gauge_finding, gauge_sentence, prepare_records};
 use super::{degrees, noise, records, unit_text};
-use augsim_data::Dataset;
 use augsim_data::checks::AcceptedChecks;
-use augsim_discovery::{Discovery, Observer, Verdict};
+use augsim_data::{Dataset, digits};
+use augsim_discovery::{Discovery, Observer, RepeatScatter, Verdict};
 use augsim_equations::{CalibratedModel, EquationSystem, Model};
 use augsim_fit::Gauge;
 use augsim_system::Record;
@@ -37,6 +37,7 @@ pub fn complete(
 ) -> anyhow::Result<()> {
     let mut model = declared.parse_changed(&found.model_toml)?;
     mark_gauges(found, &mut model, gauges);
+    add_repeats(found, declared, data)?;
     let records = records::records(data, &model, true)?;
     estimate_shared_starts(&mut model, &records)?;
     if found.verdict != Verdict::NotThisSystem {
@@ -55,6 +56,25 @@ pub fn complete(
         }
     }
     found.model_toml = model.to_toml()?;
+    Ok(())
+}
+
+/// Measures the scatter between recordings with the same inputs, and tells it in a remark.
+fn add_repeats(found: &mut Discovery, model: &Model, data: &Dataset) -> anyhow::Result<()> {
+    let inputs: Vec<&str> = model.inputs.iter().map(|input| input.name.as_str()).collect();
+    let outputs: Vec<&str> = model.outputs.iter().map(|output| output.name.as_str()).collect();
+    found.repeats = RepeatScatter::of_recordings(data, &inputs, &outputs)?;
+    let Some(first) = found.repeats.first() else { return Ok(()) };
+    let scatter =
+        |r: &RepeatScatter| format!("`{}` by {} {}", r.output, digits(r.sd), r.unit).trim_end().to_owned();
+    let list: Vec<String> = found.repeats.iter().map(scatter).collect();
+    let sets = if first.sets == 1 { String::new() } else { format!(", in {} sets", first.sets) };
+    found.notes.push(format!(
+        "{} recordings have the same inputs{sets}: at the same time they scatter in {} (standard deviation), and no model of these inputs \
+         predicts them better",
+        first.recordings,
+        list.join(", ")
+    ));
     Ok(())
 }
 
