@@ -116,6 +116,29 @@ impl Explanation {
         Ok(out)
     }
 
+    /// Simulates a prepared recording with several parameter values in one batch.
+    pub(crate) fn simulate_draws(
+        &self,
+        record: &Record,
+        draws: &[Vec<f64>],
+        start: &[f64],
+    ) -> Result<Vec<Simulated>, DesignError> {
+        let window = 0..record.times.len();
+        let task = |parameters| Task {
+            parameters,
+            record,
+            window: window.clone(),
+            start,
+            offsets: Offsets::None,
+            seeds: &[],
+        };
+        let tasks: Vec<Task<'_>> = draws.iter().map(|values| task(&values[..])).collect();
+        let mut out = vec![Simulated::default(); tasks.len()];
+        let results = self.system.simulate_batch(&tasks, &mut out);
+        results.into_iter().collect::<Result<Vec<()>, _>>().map_err(|cause| self.failed(cause))?;
+        Ok(out)
+    }
+
     /// Seeds of the unknowns: uncertain parameters, then estimated initial states.
     pub(crate) fn seeds(&self, start: &Start) -> Vec<Seed> {
         let parameters = self.uncertain.iter().map(|i| Seed::Parameter(*i));

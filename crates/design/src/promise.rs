@@ -10,6 +10,7 @@ use crate::evidence::hear;
 use crate::explanation::Explanation;
 use crate::verdict::{Tally, judge};
 use augsim_data::random_stream;
+use rand_xoshiro::Xoshiro256PlusPlus;
 use rayon::prelude::*;
 
 /// Share of cases in which a promise holds.
@@ -51,7 +52,7 @@ impl Promise {
 
 /// Simulates sequences of recordings of the experiments, repeated in turn up to `budget` runs.
 ///
-/// The promise is for reaching `odds`; each truth gets `sequences` sequences.
+/// The promise is for reaching `odds`; each truth gets `sequences` sequences. Runs after the promised number are not simulated.
 pub fn promise(
     explanations: &[Explanation],
     experiments: &[&Experiment],
@@ -60,73 +61,83 @@ pub fn promise(
     sequences: u64,
     seed: u64,
 ) -> Promise {
-    let truth = |i: usize| {
-        let simulate = |s: u64| {
-            let index = ((i as u64) << 32) + s;
-            let mut rng = random_stream(seed, "promise", index);
-            let values = draw_values(&explanations[i], &mut rng);
-            odds_after_runs(explanations, experiments, (i, &values), budget, &mut rng)
-        };
-        let paths: Vec<Vec<f64>> = (0..sequences).into_par_iter().map(simulate).collect();
-        let at_run = |k: usize| -> Vec<f64> {
-            let mut list: Vec<f64> = paths.iter().map(|path| path[k]).collect();
-            list.sort_by(f64::total_cmp);
-            list
-        };
-        let share = |k: usize| {
-            paths.iter().filter(|path| path[k] >= odds.ln()).count() as f64 / sequences.max(1) as f64
-        };
-        let quantile = |k: usize| {
-            let list = at_run(k);
-            // Rounded down: the promised odds are reached in at least the promised share of the simulated cases.
-            list[((1.0 - PROMISED_SHARE) * list.len() as f64).floor() as usize]
-        };
-        TruthPromise {
-            reached: (0..budget).map(share).collect(),
-            log_odds: (0..budget).map(quantile).collect(),
-        }
-    };
-    let truths: Vec<TruthPromise> = (0..explanations.len()).map(truth).collect();
-    let is_enough = |k: &usize| truths.iter().all(|t| t.reached[*k] >= PROMISED_SHARE);
-    let enough = (0..budget).find(is_enough);
-    Promise { runs: enough.map_or(budget, |k| k + 1), is_enough: enough.is_some(), truths }
-}
-
-/// Largest log odds, nats, of the truth against its strongest rival so far, after each run of one sequence.
-///
-/// The truth has the index and the parameter values of `truth`. A sequence that cannot be judged stays at minus infinity.
-fn odds_after_runs(
-    explanations: &[Explanation],
-    experiments: &[&Experiment],
-    (truth, values): (usize, &[f64]),
-    budget: usize,
-    rng: &mut impl rand::Rng,
-) -> Vec<f64> {
-    let mut current = explanations.to_vec();
-    let mut tallies: Vec<Tally> =
-        explanations.iter().map(|e| Tally { log_weight: e.log_weight, ..Tally::default() }).collect();
-    let mut most = f64::NEG_INFINITY;
-    let mut path = Vec::with_capacity(budget);
+    let count = explanations.len() as u64;
+    let mut all: Vec<Sequence> = (0..count * sequences)
+        .into_par_iter()
+        .map(|k| {
+            Sequence::new(
+                explanations,
+                (k / sequences) as usize,
+                ((k / sequences) << 32) + k % sequences,
+                seed,
+            )
+        })
+        .collect();
+    let mut truths = vec![TruthPromise { reached: Vec::new(), log_odds: Vec::new() }; explanations.len()];
     for k in 0..budget {
         let experiment = experiments[k % experiments.len()];
-        let Ok(record) = draw_recording(&explanations[truth], values, experiment, "promise", rng) else {
-            path.resize(budget, f64::NEG_INFINITY);
-            return path;
+        all.par_iter_mut().for_each(|sequence| sequence.add_run(explanations, experiment));
+        for (truth, part) in truths.iter_mut().zip(all.chunks(sequences as usize)) {
+            let mut odds_after: Vec<f64> = part.iter().map(|s| s.most).collect();
+            odds_after.sort_by(f64::total_cmp);
+            let enough = odds_after.iter().filter(|o| **o >= odds.ln()).count();
+            truth.reached.push(enough as f64 / odds_after.len() as f64);
+            // Rounded down: the promised odds are reached in at least the promised share of the simulated cases.
+            truth
+                .log_odds
+                .push(odds_after[((1.0 - PROMISED_SHARE) * odds_after.len() as f64).floor() as usize]);
+        }
+        if truths.iter().all(|t| t.reached[k] >= PROMISED_SHARE) {
+            return Promise { runs: k + 1, is_enough: true, truths };
+        }
+    }
+    Promise { runs: budget, is_enough: false, truths }
+}
+
+/// One simulated sequence of runs, judged as measured runs are.
+struct Sequence {
+    truth: usize,
+    values: Vec<f64>,
+    rng: Xoshiro256PlusPlus,
+    current: Vec<Explanation>,
+    tallies: Vec<Tally>,
+    /// Largest log odds, nats, of the truth against its strongest rival so far.
+    most: f64,
+    /// Whether a run could not be simulated or judged; the odds then stay as they were.
+    has_failed: bool,
+}
+
+impl Sequence {
+    /// Draws the parameters of the truth.
+    fn new(explanations: &[Explanation], truth: usize, index: u64, seed: u64) -> Self {
+        let mut rng = random_stream(seed, "promise", index);
+        let values = draw_values(&explanations[truth], &mut rng);
+        let tally = |e: &Explanation| Tally { log_weight: e.log_weight, ..Tally::default() };
+        let tallies = explanations.iter().map(tally).collect();
+        let most = f64::NEG_INFINITY;
+        Self { truth, values, rng, current: explanations.to_vec(), tallies, most, has_failed: false }
+    }
+
+    /// Simulates and judges one more run.
+    fn add_run(&mut self, explanations: &[Explanation], experiment: &Experiment) {
+        if self.has_failed {
+            return;
+        }
+        let truth = &explanations[self.truth];
+        let Ok(record) = draw_recording(truth, &self.values, experiment, "promise", &mut self.rng) else {
+            self.has_failed = true;
+            return;
         };
-        for (e, tally) in current.iter_mut().zip(&mut tallies) {
+        for (e, tally) in self.current.iter_mut().zip(&mut self.tallies) {
             let Ok(heard) = hear(e, &record) else {
-                path.resize(budget, f64::NEG_INFINITY);
-                return path;
+                self.has_failed = true;
+                return;
             };
-            tally.log_evidence += heard.log_evidence;
-            tally.squares += heard.squares;
-            tally.count += heard.count;
+            tally.add(&heard);
             *e = heard.updated;
         }
-        let judgement = judge(&tallies, &vec![false; tallies.len()], f64::INFINITY);
-        let rivals = judgement.log_e_values.iter().enumerate().filter(|(j, _)| *j != truth);
-        most = most.max(rivals.map(|(_, e)| *e).fold(f64::INFINITY, f64::min));
-        path.push(most);
+        let judgement = judge(&self.tallies, &vec![false; self.tallies.len()], f64::INFINITY);
+        let rivals = judgement.log_e_values.iter().enumerate().filter(|(j, _)| *j != self.truth);
+        self.most = self.most.max(rivals.map(|(_, e)| *e).fold(f64::INFINITY, f64::min));
     }
-    path
 }

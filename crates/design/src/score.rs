@@ -101,13 +101,9 @@ impl Study<'_> {
             let prepared = e.prepare(&record).map_err(unusable)?;
             let count = prepared.windows.first().map_or(0, |w| w.start.len());
             let start = experiment.start_of(e, count);
-            let mut runs = Vec::with_capacity(draws.len());
-            for values in draws {
-                let out = e.simulate(&prepared, values, &start, &[]).map_err(unusable)?;
-                if let Some(limit) = exceeded(e, self.limits, &out) {
-                    return Err(limit);
-                }
-                runs.push(out);
+            let runs = e.simulate_draws(&prepared, draws, &start).map_err(unusable)?;
+            if let Some(limit) = runs.iter().find_map(|out| exceeded(e, self.limits, out)) {
+                return Err(limit);
             }
             all.push(Prepared { record: prepared, start, runs });
         }

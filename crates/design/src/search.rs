@@ -10,13 +10,13 @@ use augsim_data::random_stream;
 use rayon::prelude::*;
 
 /// Number of random candidates for each run.
-const CANDIDATES: u64 = 192;
+const CANDIDATES: u64 = 128;
 /// Number of the best candidates that are refined.
-const REFINED: usize = 6;
+const REFINED: usize = 4;
 /// Steps of the coordinates in the refinement, largest first.
-const STEPS: [f64; 3] = [0.25, 0.1, 0.04];
+const STEPS: [f64; 2] = [0.2, 0.06];
 /// Number of parameter draws of each explanation in a score; the fitted values are the first.
-const SCORE_DRAWS: u64 = 4;
+const SCORE_DRAWS: u64 = 3;
 /// Number of parameter draws of each explanation with which the limits of a chosen experiment are checked.
 const CHECK_DRAWS: u64 = 64;
 /// Factor of the inputs after a draw that exceeds a limit.

@@ -16,6 +16,8 @@
 //! dispersion φ > 1 of its standardised errors (quasi-likelihood: McCullagh 1983). A power E^(1/φ) of an e-value is
 //! one too, by Jensen's inequality.
 
+use crate::evidence::Heard;
+
 /// Dispersion from which on no explanation predicts the recordings: errors are twice as large as the noise.
 ///
 /// A power 1/4 of the evidence is what independent errors twice as large as assumed would leave.
@@ -32,6 +34,15 @@ pub struct Tally {
     pub squares: f64,
     /// Number of these prediction errors.
     pub count: usize,
+}
+
+impl Tally {
+    /// Adds the evidence of a recording.
+    pub fn add(&mut self, heard: &Heard) {
+        self.log_evidence += heard.log_evidence;
+        self.squares += heard.squares;
+        self.count += heard.count;
+    }
 }
 
 /// What the recordings say.

@@ -16,7 +16,7 @@ pub use fault::NextFault;
 pub use limits::{default_limits, read_limits};
 pub use listen::{ListenRequest, listen};
 pub use page::{listen_page, plan_page};
-pub use plan::{PlanRequest, Planned, plan};
+pub use plan::{PlanRequest, Planned, explanations, plan};
 pub use sources::{Source, sources};
 pub use state::{Explained, HeardRun, PlannedRun, PromiseOf, RunOdds, State};
 pub use text::{listen_text, plan_text};

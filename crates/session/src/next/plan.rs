@@ -192,3 +192,11 @@ fn csv(run: &Run, limits: &Limits) -> String {
     }
     text
 }
+
+/// Compiles fitted models to explanations, with integration steps chosen on `records`.
+///
+/// # Errors
+/// As [`plan`].
+pub fn explanations(sources: &[Source], records: &[Record]) -> anyhow::Result<Vec<Explanation>> {
+    Ok(compiled(sources, &(records.to_vec(), BTreeMap::new()))?.into_iter().map(|(e, _)| e).collect())
+}
