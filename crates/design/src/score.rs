@@ -15,12 +15,16 @@
 //! (2)  sum over i ≠ j of w_i w_j mean over draws of c (1 - exp(-(A_ij + D_ij) / c))
 //! ```
 //!
+//! Formula (1) is linear in the rival's parameters; the best candidates are scored again with full refits of recordings without
+//! noise, `refitted`.
+//!
 //! with the log odds A_ij of the runs that are already planned, and c the mean from which nine of ten runs reach the
 //! required odds: a pair that is already separated counts no more. A single explanation is scored by its expected
 //! information gain, half the log of the ratio of the determinants of its covariance before and after (D-optimality).
 
 use crate::candidate::{Candidate, Experiment};
 use crate::error::DesignError;
+use crate::evidence::hear;
 use crate::explanation::Explanation;
 use crate::limits::Limits;
 use crate::linearise::{Start, start_readings};
@@ -29,7 +33,7 @@ use crate::whiten::whiten;
 use augsim_system::{Record, Simulated, shortest_difference};
 
 /// Factors by which inputs are reduced, in turn, until all explanations stay within the limits.
-const SCALES: [f64; 9] = [1.0, 0.75, 0.55, 0.4, 0.3, 0.2, 0.13, 0.08, 0.05];
+const SCALES: [f64; 10] = [1.0, 0.75, 0.55, 0.4, 0.3, 0.2, 0.13, 0.08, 0.04, 0.02];
 /// Quantile of the normal distribution that nine of ten values exceed, with the sign changed.
 const NORMAL_90: f64 = 1.281_551_565_544_6;
 
@@ -141,6 +145,31 @@ impl Study<'_> {
             scored.after.push(compared.after);
         }
         Some(scored)
+    }
+
+    /// Replaces the linear refit of formula (1) by a full one: log odds of the recordings without noise.
+    ///
+    /// These include what the truth itself pays for its unknown parameters. `None` if a refit fails.
+    pub fn refitted(&self, scored: &Scored) -> Option<Scored> {
+        let mut refitted = scored.clone();
+        let record = scored.experiment.record("design");
+        for (i, (truth, draws)) in self.explanations.iter().zip(&self.draws).enumerate() {
+            let prepared = truth.prepare(&record).ok()?;
+            let count = prepared.windows.first().map_or(0, |w| w.start.len());
+            let runs =
+                truth.simulate_draws(&prepared, draws, &scored.experiment.start_of(truth, count)).ok()?;
+            refitted.log_odds[i].iter_mut().for_each(Vec::clear);
+            for run in runs {
+                let path = |o: usize| (0..run.samples()).map(|k| run.value(k, o)).collect();
+                let noise_free = Record { values: (0..truth.outputs).map(path).collect(), ..record.clone() };
+                let evidence = |e: &Explanation| hear(e, &noise_free).ok().map(|heard| heard.log_evidence);
+                let of_truth = evidence(truth)?;
+                for (j, rival) in self.explanations.iter().enumerate().filter(|(j, _)| *j != i) {
+                    refitted.log_odds[i][j].push(of_truth - evidence(rival)?);
+                }
+            }
+        }
+        Some(refitted)
     }
 
     /// Score (2) of a candidate beside runs with the expected log odds `planned`, `[truth][rival]`.

@@ -11,16 +11,18 @@ use rayon::prelude::*;
 
 /// Number of random candidates for each run.
 const CANDIDATES: u64 = 128;
-/// Number of the best candidates that are refined.
-const REFINED: usize = 4;
+/// Number of the best candidates that are scored with full refits.
+const FULLY_SCORED: usize = 16;
+/// Number of the best of these that are refined.
+const REFINED: usize = 2;
 /// Steps of the coordinates in the refinement, largest first.
-const STEPS: [f64; 2] = [0.2, 0.06];
+const STEPS: [f64; 1] = [0.15];
 /// Number of parameter draws of each explanation in a score; the fitted values are the first.
 const SCORE_DRAWS: u64 = 3;
 /// Number of parameter draws of each explanation with which the limits of a chosen experiment are checked.
 const CHECK_DRAWS: u64 = 64;
 /// Factor of the inputs after a draw that exceeds a limit.
-const SHRINK: f64 = 0.93;
+const SHRINK: f64 = 0.9;
 /// Maximum number of times the inputs of a chosen experiment are made smaller.
 const MAX_SHRINKS: usize = 40;
 /// Half width of the 95 % interval of a parameter, in standard deviations.
@@ -151,6 +153,8 @@ fn study<'a>(explanations: &'a [Explanation], request: &Request<'a>, sufficient:
 }
 
 /// The best of random candidates after refinement; `None` if no candidate is within the limits.
+///
+/// All candidates are scored with linear refits of the rivals, the best of them with full refits.
 fn best_of(study: &Study<'_>, planned: &[Vec<f64>], seed: u64, run: u64) -> Option<Scored> {
     let scored = |k: u64| {
         let mut rng = random_stream(seed, "design", run * CANDIDATES + k);
@@ -160,10 +164,20 @@ fn best_of(study: &Study<'_>, planned: &[Vec<f64>], seed: u64, run: u64) -> Opti
     let mut all: Vec<(f64, Scored)> = (0..CANDIDATES).into_par_iter().filter_map(scored).collect();
     // A stable sort: equal scores stay in the order of their numbers.
     all.sort_by(|a, b| b.0.total_cmp(&a.0));
-    all.truncate(REFINED);
+    all.truncate(FULLY_SCORED);
+    let full = |(_, scored): (f64, Scored)| full_score(study, planned, scored);
+    let mut best: Vec<(f64, Scored)> = all.into_par_iter().filter_map(full).collect();
+    best.sort_by(|a, b| b.0.total_cmp(&a.0));
+    best.truncate(REFINED);
     let refined: Vec<(f64, Scored)> =
-        all.into_par_iter().map(|start| refine(study, planned, start)).collect();
+        best.into_par_iter().map(|start| refine(study, planned, start)).collect();
     refined.into_iter().reduce(|a, b| if b.0 > a.0 { b } else { a }).map(|(_, best)| best)
+}
+
+/// Value of a candidate with full refits; `None` if one fails. A single explanation has no rivals to refit.
+fn full_score(study: &Study<'_>, planned: &[Vec<f64>], scored: Scored) -> Option<(f64, Scored)> {
+    let scored = if study.explanations.len() > 1 { study.refitted(&scored)? } else { scored };
+    Some((study.value(&scored, planned), scored))
 }
 
 /// Improves a candidate coordinate by coordinate, with smaller and smaller steps.
@@ -180,10 +194,9 @@ fn refine(study: &Study<'_>, planned: &[Vec<f64>], mut best: (f64, Scored)) -> (
                     }
                     *coordinates[place] = moved;
                 }
-                let Some(scored) = study.score(&candidate) else { continue };
-                let value = study.value(&scored, planned);
-                if value > best.0 {
-                    best = (value, scored);
+                let better = study.score(&candidate).and_then(|scored| full_score(study, planned, scored));
+                if let Some(better) = better.filter(|b| b.0 > best.0) {
+                    best = better;
                     break;
                 }
             }
@@ -206,7 +219,8 @@ fn within_limits(study: &Study<'_>, chosen: Scored, request: &Request<'_>) -> Re
             None if scale == chosen.scale => return Ok(chosen),
             None => {
                 let rescored = study.score_at(&chosen.candidate, scale, limited_by.or(chosen.limited_by));
-                return rescored.ok_or_else(|| no_design(study.limits));
+                let scored = rescored.ok_or_else(|| no_design(study.limits))?;
+                return Ok(study.refitted(&scored).unwrap_or(scored));
             }
             Some(limit) => limited_by = Some(limit),
         }

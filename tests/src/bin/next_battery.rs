@@ -1,6 +1,6 @@
 //! Battery of `augsim next` and `augsim listen` on simulated pairs of explanations.
 //!
-//! For each pair and replicate a truth with its own parameters makes three first recordings under small inputs, to which both
+//! For each pair and replicate a truth with its own parameters makes twelve first recordings under small inputs, to which both
 //! explanations are fitted. Runs are then designed within the limits, and sequences of them are simulated by the truth and
 //! judged after every run, beside sequences of random inputs within the same limits. Printed are the mean number of runs to
 //! the verdict, the share of sequences that reach the promised odds, and false verdicts, also of sequences that go on
@@ -35,6 +35,8 @@ const LOG_ODDS_OF_RUN: f64 = 8.0;
 const MAX_RUNS: usize = 30;
 /// Budget of the promise.
 const BUDGET: usize = 6;
+/// Factors of the inputs of the first recordings.
+const FACTORS: [f64; 12] = [0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 0.75, 0.95, 1.05, 1.25];
 /// Relative standard deviation of the true parameters about those of the pair.
 const SPREAD: f64 = 0.1;
 
@@ -190,7 +192,7 @@ fn fitted(pair: &Pair, sd: f64, seed: u64, replicate: u64) -> Result<Fitted> {
     let values: Vec<f64> = pair.models[which].parameters.iter().map(draw).collect();
     let truth = truth_of(pair, which, sd, &values)?;
     let mut rng = random_stream(seed, "first recordings", replicate);
-    let records: Vec<Record> = [0.9, 1.0, 1.1]
+    let records: Vec<Record> = FACTORS
         .iter()
         .map(|factor| {
             draw_recording(&truth, &truth.values, &first_experiment(pair, *factor), "first", &mut rng)

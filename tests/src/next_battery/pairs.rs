@@ -260,11 +260,11 @@ impl Pair {
         let parameter = |((name, _), value): (&(&str, f64), &f64)| match *value {
             0.0 => format!("{name} = {{ nominal = 0.0, frozen = true }}\n"),
             value => {
-                format!("{name} = {{ nominal = {value}, min = {}, max = {} }}\n", 0.02 * value, 20.0 * value)
+                format!("{name} = {{ nominal = {value}, min = {}, max = {} }}\n", 0.2 * value, 5.0 * value)
             }
         };
         let mut parameters: String = body.parameters.iter().zip(values).map(parameter).collect();
-        parameters += "w_m_s = { nominal = 0.02, frozen = true }\n";
+        parameters += "w_m_s = { nominal = 0.05, frozen = true }\n";
         let (states, rates) = match body.states.contains("v_m_s") {
             true => (self.noisy(body.states), format!("{MASS_RATES}{}", body.rates)),
             false => (self.noisy(body.states), body.rates.to_owned()),

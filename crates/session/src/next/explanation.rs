@@ -26,7 +26,8 @@ pub(super) fn compile(source: &Source, (records, starts): &Tuning) -> anyhow::Re
     model.inputs.iter_mut().for_each(|input| input.hold = input.hold.or(Some(Hold::Linear)));
     model.numerics.widths.extend(source.widths.clone());
     let (uncertain, covariance) = uncertainty(&model);
-    if uncertain.is_empty() {
+    let mut free = model.parameters.iter().filter(|p| !p.frozen).peekable();
+    if model.covariance.is_none() && free.peek().is_some() && free.all(|p| p.ci95.is_none()) {
         return Err(Usage::model(name, crate::usage::ModelFault::Next(NextFault::NotFitted)).into());
     }
     let noise = noise(name, &model)?;
@@ -62,14 +63,19 @@ pub(super) fn compile(source: &Source, (records, starts): &Tuning) -> anyhow::Re
 
 /// Indices of the uncertain parameters of a model, and their covariance.
 ///
-/// Parameters that have a 95 % interval and are not in the `[covariance]` of the model are independent.
+/// Parameters that have a 95 % interval and are not in the `[covariance]` of the model are independent. A free parameter
+/// with neither, such as one at a bound of its fit, may have any value within finite bounds: it gets the standard
+/// deviation of a uniform distribution. Without finite bounds it is fixed.
 fn uncertainty(model: &Model) -> (Vec<usize>, Vec<Vec<f64>>) {
     let joint = model.covariance.clone().unwrap_or_default();
-    let is_free = |i: &usize| !model.parameters[*i].frozen;
     let place = |i: usize| joint.parameters.iter().position(|p| *p == i);
-    let sd = |i: usize| model.parameters[i].ci95.map(|[low, high]| (high - low) / (2.0 * NORMAL_95));
-    let known = |i: &usize| place(*i).is_some() || sd(*i).is_some_and(|sd| sd > 0.0);
-    let uncertain: Vec<usize> = (0..model.parameters.len()).filter(is_free).filter(known).collect();
+    let sd = |i: usize| {
+        let p = &model.parameters[i];
+        let of_interval = p.ci95.map(|[low, high]| (high - low) / (2.0 * NORMAL_95));
+        of_interval.or(Some((p.max - p.min) / 12.0_f64.sqrt())).filter(|sd| *sd > 0.0 && sd.is_finite())
+    };
+    let is_free = |i: &usize| !model.parameters[*i].frozen && (place(*i).is_some() || sd(*i).is_some());
+    let uncertain: Vec<usize> = (0..model.parameters.len()).filter(is_free).collect();
     let entry = |i: usize, j: usize| match (place(i), place(j)) {
         (Some(a), Some(b)) => joint.rows[a][b],
         (None, None) if i == j => sd(i).unwrap_or(0.0).powi(2),
