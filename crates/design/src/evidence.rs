@@ -35,14 +35,16 @@ pub struct Heard {
 }
 
 /// An evaluation of the density at one point.
-struct Evaluated {
-    sums: Projection,
+pub(crate) struct Evaluated {
+    pub sums: Projection,
     first: Projection,
     /// Half the log determinant of the noise covariance of the readings after the first.
     half_log_variance: f64,
     later: usize,
+    /// Gauss-Newton step of all unknowns by this recording alone.
+    pub own_step: Vec<f64>,
     /// Twice the negative log density at the point, without constants.
-    cost: f64,
+    pub cost: f64,
 }
 
 /// Computes the evidence of a recording for an explanation, and the explanation's update.
@@ -55,7 +57,7 @@ pub fn hear(explanation: &Explanation, record: &Record) -> Result<Heard, DesignE
     let mut u = vec![0.0; p + start.unknown().len()];
     let mut now = evaluate(explanation, &record, &start, &u)?;
     for _ in 0..MAX_STEPS {
-        let step = now.sums.step(0, &u);
+        let step = now.own_step.clone();
         let better = STEP_SHARES.iter().find_map(|share| {
             let moved: Vec<f64> = u.iter().zip(&step).map(|(u, d)| u + share * d).collect();
             let there = evaluate(explanation, &record, &start, &moved).ok()?;
@@ -81,7 +83,12 @@ pub fn hear(explanation: &Explanation, record: &Record) -> Result<Heard, DesignE
 }
 
 /// Linearises the explanation at the coordinates `u` and sums the readings.
-fn evaluate(e: &Explanation, record: &Record, start: &Start, u: &[f64]) -> Result<Evaluated, DesignError> {
+pub(crate) fn evaluate(
+    e: &Explanation,
+    record: &Record,
+    start: &Start,
+    u: &[f64],
+) -> Result<Evaluated, DesignError> {
     let (xi, starts) = u.split_at(e.uncertain.len());
     let values = e.values_at(xi);
     let out = e.simulate(record, &values, &start.at(starts), &e.seeds(start))?;
@@ -99,5 +106,6 @@ fn evaluate(e: &Explanation, record: &Record, start: &Start, u: &[f64]) -> Resul
     let first = Projection::new(&columns, 1, first_rows).ok_or_else(not_finite)?;
     let cost = sums.squares[0] + u.iter().map(|u| u * u).sum::<f64>() + 2.0 * half_logs.iter().sum::<f64>();
     let half_log_variance = half_logs[first_rows..].iter().sum();
-    Ok(Evaluated { sums, first, half_log_variance, later: rows - first_rows, cost })
+    let own_step = sums.step(0, u);
+    Ok(Evaluated { sums, own_step, first, half_log_variance, later: rows - first_rows, cost })
 }

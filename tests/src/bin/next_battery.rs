@@ -34,7 +34,7 @@ const LOG_ODDS_OF_RUN: f64 = 8.0;
 /// Maximum number of runs of a sequence.
 const MAX_RUNS: usize = 30;
 /// Budget of the promise.
-const BUDGET: usize = 6;
+const BUDGET: usize = 3;
 /// Factors of the inputs of the first recordings.
 const FACTORS: [f64; 12] = [0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 0.75, 0.95, 1.05, 1.25];
 /// Relative standard deviation of the true parameters about those of the pair.
@@ -68,6 +68,8 @@ struct Counts {
     kept: usize,
     none_fits: usize,
     failed: usize,
+    /// Log odds for the truth, nats: expected and reached by the first designed run, reached by the first random run.
+    first_run: [f64; 3],
     promised_runs: Vec<usize>,
 }
 
@@ -76,9 +78,9 @@ fn main() -> Result<()> {
     let mut out = std::io::stdout();
     writeln!(
         out,
-        "| pair | runs, design | runs, random | ratio | promised runs | promise kept | false, design | false, random | unfinished | none fits | failed |"
+        "| pair | runs, design | runs, random | ratio | promised runs | promise kept | false, design | false, random | unfinished | none fits | failed | log odds of the first run: expected, designed, random, nats |"
     )?;
-    writeln!(out, "|---|---|---|---|---|---|---|---|---|---|---|")?;
+    writeln!(out, "|---|---|---|---|---|---|---|---|---|---|---|---|")?;
     let mut total = Counts::default();
     for (index, pair) in PAIRS.iter().enumerate().filter(|(_, pair)| pair.name.contains(&options.only)) {
         let run = |replicate: u64| {
@@ -113,6 +115,9 @@ fn add(sum: &mut Counts, other: &Counts) {
     sum.kept += other.kept;
     sum.none_fits += other.none_fits;
     sum.failed += other.failed;
+    for k in 0..3 {
+        sum.first_run[k] += other.first_run[k];
+    }
     sum.promised_runs.extend(&other.promised_runs);
 }
 
@@ -122,7 +127,7 @@ fn print_row(out: &mut impl Write, name: &str, c: &Counts) -> Result<()> {
     promised.sort_unstable();
     writeln!(
         out,
-        "| {name} | {:.2} | {:.2} | {:.2} | {promised:?} | {} of {} ({:.1} %) | {} | {} | {:?} | {} | {} |",
+        "| {name} | {:.2} | {:.2} | {:.2} | {promised:?} | {} of {} ({:.1} %) | {} | {} | {:?} | {} | {} | {:.1?} |",
         c.designed_runs as f64 / n,
         c.random_runs as f64 / n,
         c.designed_runs as f64 / c.random_runs.max(1) as f64,
@@ -133,7 +138,8 @@ fn print_row(out: &mut impl Write, name: &str, c: &Counts) -> Result<()> {
         c.false_verdicts[1],
         c.unfinished,
         c.none_fits,
-        c.failed
+        c.failed,
+        c.first_run.map(|sum| sum / n)
     )?;
     out.flush()?;
     Ok(())
@@ -163,7 +169,10 @@ fn truth_of(pair: &Pair, which: usize, sd: f64, values: &[f64]) -> Result<Explan
     }
     let source = Source { name: "truth".into(), model, log_weight: 0.0, widths: BTreeMap::new() };
     let blank = Record { values: vec![vec![f64::NAN; 101]], ..first_experiment(pair, 1.0).record("blank") };
-    Ok(explanations(&[source], &[blank])?.swap_remove(0))
+    let mut truth = explanations(&[source], &[blank])?.swap_remove(0);
+    // The recording has no readings, so the values are those of the prior; the truth has its own.
+    truth.values = truth.system.parameters().iter().map(|p| p.nominal).collect();
+    Ok(truth)
 }
 
 /// A first experiment: small inputs that hardly change.
@@ -214,7 +223,7 @@ fn fitted(pair: &Pair, sd: f64, seed: u64, replicate: u64) -> Result<Fitted> {
 }
 
 fn request<'a>(live: &'a [Explanation], limits: &'a Limits, seed: u64) -> Request<'a> {
-    Request { explanations: live, limits, budget: 3, odds: 1000.0, seed }
+    Request { explanations: live, limits, budget: BUDGET, odds: 1000.0, seed }
 }
 
 fn replicate_of(pair: &Pair, seed: u64, replicate: u64, sequences: u64) -> Result<Counts> {
@@ -232,12 +241,21 @@ fn replicate_of(pair: &Pair, seed: u64, replicate: u64, sequences: u64) -> Resul
     let promised_odds = promised.truths[which].log_odds[promised.runs - 1];
     let mut counts = Counts { promised_runs: vec![promised.runs], ..Counts::default() };
     let random: Vec<Experiment> =
-        (0..MAX_RUNS as u64 * 2).map(|k| Ok(random_run(&request, k)?.experiment)).collect::<Result<_>>()?;
+        (0..MAX_RUNS as u64).map(|k| Ok(random_run(&request, k)?.experiment)).collect::<Result<_>>()?;
     for s in 0..sequences {
         let mut rng = random_stream(seed, "sequence", (replicate << 32) + s);
-        let mut next = |k: usize| experiments[k % experiments.len()].clone();
+        // After the plan, a new one is made from what is known then, as `augsim next` on the folder of `listen`.
+        let mut plan: Vec<Experiment> =
+            (0..promised.runs).map(|k| experiments[k % experiments.len()].clone()).collect();
+        let mut next = |k: usize, current: &[Explanation]| {
+            if k >= plan.len() {
+                let again = Request { explanations: current, budget: 2, ..request.clone() };
+                plan.extend(design(&again)?.into_iter().map(|run| run.experiment));
+            }
+            Ok(plan[k].clone())
+        };
         let path = sequence(&truth, &live, &mut next, promised.runs, &mut rng)?;
-        let mut next = |k: usize| random[(k + 7 * s as usize) % random.len()].clone();
+        let mut next = |k: usize, _: &[Explanation]| Ok(random[(k + 7 * s as usize) % random.len()].clone());
         let by_chance = sequence(&truth, &live, &mut next, 1, &mut rng)?;
         counts.sequences += 1;
         for (arm, path) in [&path, &by_chance].into_iter().enumerate() {
@@ -249,6 +267,9 @@ fn replicate_of(pair: &Pair, seed: u64, replicate: u64, sequences: u64) -> Resul
         counts.random_runs += by_chance.runs;
         let reached =
             path.log_odds[which].iter().take(promised.runs).copied().fold(f64::NEG_INFINITY, f64::max);
+        let expected = runs[0].log_odds[which][1 - which];
+        let reached_first = [expected, path.log_odds[which][0], by_chance.log_odds[which][0]];
+        counts.first_run.iter_mut().zip(reached_first).for_each(|(sum, odds)| *sum += odds);
         counts.promised += 1;
         counts.kept += usize::from(reached >= promised_odds);
     }
@@ -268,7 +289,7 @@ struct Path {
 fn sequence(
     truth: &Explanation,
     live: &[Explanation],
-    next: &mut dyn FnMut(usize) -> Experiment,
+    next: &mut dyn FnMut(usize, &[Explanation]) -> Result<Experiment>,
     at_least: usize,
     rng: &mut impl rand::Rng,
 ) -> Result<Path> {
@@ -278,7 +299,7 @@ fn sequence(
         Path { runs: MAX_RUNS, verdict: None, has_none_fitting: false, log_odds: [Vec::new(), Vec::new()] };
     let mut rejected = vec![false; live.len()];
     for k in 0..MAX_RUNS {
-        let record = draw_recording(truth, &truth.values, &next(k), "new", rng)?;
+        let record = draw_recording(truth, &truth.values, &next(k, &current)?, "new", rng)?;
         for (e, tally) in current.iter_mut().zip(&mut tallies) {
             let heard = hear(e, &record)?;
             tally.add(&heard);

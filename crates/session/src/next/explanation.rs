@@ -26,8 +26,7 @@ pub(super) fn compile(source: &Source, (records, starts): &Tuning) -> anyhow::Re
     model.inputs.iter_mut().for_each(|input| input.hold = input.hold.or(Some(Hold::Linear)));
     model.numerics.widths.extend(source.widths.clone());
     let (uncertain, covariance) = uncertainty(&model);
-    let mut free = model.parameters.iter().filter(|p| !p.frozen).peekable();
-    if model.covariance.is_none() && free.peek().is_some() && free.all(|p| p.ci95.is_none()) {
+    if uncertain.is_empty() && model.parameters.iter().any(|p| !p.frozen) {
         return Err(Usage::model(name, crate::usage::ModelFault::Next(NextFault::NotFitted)).into());
     }
     let noise = noise(name, &model)?;

@@ -8,7 +8,7 @@ use std::fmt;
 pub enum NextFault {
     /// The model is a ball or a push.
     BuiltIn,
-    /// The model has no interval of any parameter and no covariance.
+    /// No parameter of the model has an interval, a covariance or finite bounds.
     NotFitted,
     /// An output of the model has no noise.
     NoNoise { output: String },
@@ -40,8 +40,8 @@ impl fmt::Display for NextFault {
                  the next experiment in words",
             ),
             NextFault::NotFitted => f.write_str(
-                "no parameter has a 95 % interval (ci95) or a covariance, so it is not known how well the model is known; calibrate it first: \
-                 `augsim fit MODEL DATA --out FOLDER`",
+                "no parameter has a 95 % interval (ci95), a covariance or finite bounds, so it is not known how well the model is known; calibrate it \
+                 first: `augsim fit MODEL DATA --out FOLDER`",
             ),
             NextFault::NoNoise { output } => write!(
                 f,

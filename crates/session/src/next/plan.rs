@@ -6,7 +6,8 @@ use super::state::{Explained, PlannedRun, PromiseOf, RunOdds, State};
 use super::text::{plan_sentence, why_not};
 use augsim_data::random_stream;
 use augsim_design::{
-    Candidate, Experiment, Explanation, Limits, Promise, Request, Run, design, nominal_run, promise, weights,
+    Candidate, Experiment, Explanation, Limits, Promise, Request, Run, after_recordings, design, nominal_run,
+    promise, weights,
 };
 use augsim_system::Record;
 use std::collections::BTreeMap;
@@ -193,10 +194,11 @@ fn csv(run: &Run, limits: &Limits) -> String {
     text
 }
 
-/// Compiles fitted models to explanations, with integration steps chosen on `records`.
+/// Compiles fitted models to explanations, with parameters distributed as `records` say and steps chosen on them.
 ///
 /// # Errors
 /// As [`plan`].
 pub fn explanations(sources: &[Source], records: &[Record]) -> anyhow::Result<Vec<Explanation>> {
-    Ok(compiled(sources, &(records.to_vec(), BTreeMap::new()))?.into_iter().map(|(e, _)| e).collect())
+    let compiled = compiled(sources, &(records.to_vec(), BTreeMap::new()))?.into_iter();
+    Ok(compiled.map(|(e, _)| after_recordings(&e, records)).collect::<Result<_, _>>()?)
 }
