@@ -34,7 +34,9 @@ const LOG_ODDS_OF_RUN: f64 = 8.0;
 /// Maximum number of runs of a sequence.
 const MAX_RUNS: usize = 30;
 /// Budget of the promise.
-const BUDGET: usize = 3;
+const BUDGET: usize = 5;
+/// Maximum number of new plans after the first one in a sequence; later runs repeat the plan.
+const NEW_PLANS: usize = 2;
 /// Factors of the inputs of the first recordings.
 const FACTORS: [f64; 12] = [0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 0.75, 0.95, 1.05, 1.25];
 /// Relative standard deviation of the true parameters about those of the pair.
@@ -248,11 +250,12 @@ fn replicate_of(pair: &Pair, seed: u64, replicate: u64, sequences: u64) -> Resul
         let mut plan: Vec<Experiment> =
             (0..promised.runs).map(|k| experiments[k % experiments.len()].clone()).collect();
         let mut next = |k: usize, current: &[Explanation]| {
-            if k >= plan.len() {
+            if k >= plan.len() && new_plans < NEW_PLANS {
+                new_plans += 1;
                 let again = Request { explanations: current, budget: 2, ..request.clone() };
                 plan.extend(design(&again)?.into_iter().map(|run| run.experiment));
             }
-            Ok(plan[k].clone())
+            Ok(plan[k % plan.len()].clone())
         };
         let path = sequence(&truth, &live, &mut next, promised.runs, &mut rng)?;
         let mut next = |k: usize, _: &[Explanation]| Ok(random[(k + 7 * s as usize) % random.len()].clone());
