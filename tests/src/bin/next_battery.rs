@@ -249,6 +249,7 @@ fn replicate_of(pair: &Pair, seed: u64, replicate: u64, sequences: u64) -> Resul
         // After the plan, a new one is made from what is known then, as `augsim next` on the folder of `listen`.
         let mut plan: Vec<Experiment> =
             (0..promised.runs).map(|k| experiments[k % experiments.len()].clone()).collect();
+        let mut new_plans = 0;
         let mut next = |k: usize, current: &[Explanation]| {
             if k >= plan.len() && new_plans < NEW_PLANS {
                 new_plans += 1;
