@@ -69,15 +69,15 @@ impl Experiment {
         }
     }
 
-    /// Initial value of each of the first `count` states of an explanation: as set, as declared, or 0.
-    pub(crate) fn start_of(&self, explanation: &Explanation, count: usize) -> Vec<f64> {
-        let value = |state: &augsim_system::State| {
+    /// Initial value of each state of an explanation: as set, as declared by a prior, or else the `rough` one.
+    pub(crate) fn start_of(&self, explanation: &Explanation, rough: &[f64]) -> Vec<f64> {
+        let value = |(state, rough): (&augsim_system::State, &f64)| {
             let set = self.starts.get(&state.quantity.name).copied();
             set.unwrap_or(match state.initial {
                 InitialValue::Fixed(value) | InitialValue::Prior(value, _) => value,
-                _ => 0.0,
+                _ => *rough,
             })
         };
-        explanation.system.schema().states.iter().take(count).map(value).collect()
+        explanation.system.schema().states.iter().zip(rough).map(value).collect()
     }
 }

@@ -35,8 +35,8 @@ pub(crate) fn draw_run(
 ) -> Result<Simulated, DesignError> {
     let record = experiment.record("draw");
     let prepared = truth.prepare(&record)?;
-    let count = prepared.windows.first().map_or(0, |w| w.start.len());
-    let start = experiment.start_of(truth, count);
+    let rough = prepared.windows.first().map_or(&[][..], |w| &w.start);
+    let start = experiment.start_of(truth, rough);
     let Some(driven) = &truth.driven else { return truth.simulate(&prepared, values, &start, &[]) };
     let noise: Vec<Stream> = truth
         .noise
@@ -68,8 +68,8 @@ pub(crate) fn draw_run(
 /// The explanation cannot be simulated.
 pub fn nominal_run(explanation: &Explanation, experiment: &Experiment) -> Result<Vec<Vec<f64>>, DesignError> {
     let prepared = explanation.prepare(&experiment.record("nominal"))?;
-    let count = prepared.windows.first().map_or(0, |w| w.start.len());
-    let start = experiment.start_of(explanation, count);
+    let rough = prepared.windows.first().map_or(&[][..], |w| &w.start);
+    let start = experiment.start_of(explanation, rough);
     let out = explanation.simulate(&prepared, &explanation.values, &start, &[])?;
     Ok((0..explanation.outputs).map(|o| (0..out.samples()).map(|k| out.value(k, o)).collect()).collect())
 }

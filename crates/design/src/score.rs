@@ -103,8 +103,8 @@ impl Study<'_> {
         for (e, draws) in self.explanations.iter().zip(&self.draws) {
             let unusable = |_: DesignError| "an explanation that cannot be simulated".to_owned();
             let prepared = e.prepare(&record).map_err(unusable)?;
-            let count = prepared.windows.first().map_or(0, |w| w.start.len());
-            let start = experiment.start_of(e, count);
+            let rough = prepared.windows.first().map_or(&[][..], |w| &w.start);
+            let start = experiment.start_of(e, rough);
             let runs = e.simulate_draws(&prepared, draws, &start).map_err(unusable)?;
             if let Some(limit) = runs.iter().find_map(|out| exceeded(e, self.limits, out)) {
                 return Err(limit);
@@ -155,9 +155,9 @@ impl Study<'_> {
         let record = scored.experiment.record("design");
         for (i, (truth, draws)) in self.explanations.iter().zip(&self.draws).enumerate() {
             let prepared = truth.prepare(&record).ok()?;
-            let count = prepared.windows.first().map_or(0, |w| w.start.len());
+            let rough = prepared.windows.first().map_or(&[][..], |w| &w.start);
             let runs =
-                truth.simulate_draws(&prepared, draws, &scored.experiment.start_of(truth, count)).ok()?;
+                truth.simulate_draws(&prepared, draws, &scored.experiment.start_of(truth, rough)).ok()?;
             refitted.log_odds[i].iter_mut().for_each(Vec::clear);
             for run in runs {
                 let path = |o: usize| (0..run.samples()).map(|k| run.value(k, o)).collect();
