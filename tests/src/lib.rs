@@ -11,6 +11,10 @@ pub mod golden;
 pub mod gradient;
 pub mod linear;
 pub mod measured_pushes;
+pub mod next_battery {
+    //! Inputs of the battery of designed experiments.
+    pub mod pairs;
+}
 pub mod operations;
 pub mod push_battery;
 pub mod random;

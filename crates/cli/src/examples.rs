@@ -20,6 +20,8 @@ examples! {
         "effects coulomb --for my.toml --data swings.csv";
     DISCOVER: "discover out/start/model.toml out/start/data.csv", "discover model.toml throws.csv --group golf --out out/golf",
         "discover motor.toml runs/ --exclude ripple,stribeck";
+    NEXT: "next out/discover --budget 3 --out plan", "next dry.toml viscous.toml --limits limits.toml --out plan";
+    LISTEN: "listen plan new.csv --out heard", "listen heard another.csv --out heard-2";
     TRAIN: "train --data drops.csv --pybullet-ball --out out/run",
         "train --data throws.csv --residual-of out/discover --out out/run",
         "train --out out/run --resume";

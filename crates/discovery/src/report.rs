@@ -107,6 +107,11 @@ fn inseparable(set: &Scored, fills_bounds: &[bool], entry: usize, axis: &[String
     (0..axis.len()).filter(is_inseparable).map(|j| axis[j].clone()).collect()
 }
 
+/// Loss of gain minus penalty, nats, from which on a fitted set is no rival of the chosen one: odds of 1000 to 1.
+const MAX_RIVAL_LOSS: f64 = 6.9;
+/// Maximum number of rivals whose models the result has.
+const MAX_RIVALS: usize = 4;
+
 /// Last displayed digit of the gains in the list of candidates, nats. A smaller difference is shown as 0.0.
 const SHOWN_STEP: f64 = 0.1;
 
@@ -410,7 +415,38 @@ impl AnswerParts<'_> {
         Ok(Models {
             declared_toml: self.model.augmented(&Augmentation::default())?,
             calibrated_toml: self.model.augmented(&calibrated)?,
+            rivals: self.rivals()?,
         })
+    }
+
+    /// The fitted sets that the data do not reject beside the named one, best first.
+    ///
+    /// Sets with values by group or with random effects are left out: they are no single model of a new record.
+    fn rivals(&self) -> Result<Vec<Rival>, DiscoveryError> {
+        let is_plain = |s: &&Scored| {
+            let h = &s.fit.hypothesis;
+            s.is_finite()
+                && h.scatter.is_none()
+                && h.entries().all(|(f, _)| f.per != Per::Group)
+                && s.key() != self.best.key()
+        };
+        let mut alive: Vec<(f64, &Scored)> = (self.found.sets.iter().filter(is_plain))
+            .map(|set| (self.found.margin(set, self.best), set))
+            .filter(|(margin, _)| *margin > -MAX_RIVAL_LOSS)
+            .collect();
+        alive.sort_by(|a, b| b.0.total_cmp(&a.0));
+        alive.dedup_by(|a, b| a.1.key() == b.1.key());
+        alive.truncate(MAX_RIVALS);
+        let rival = |(margin, set): (f64, &Scored)| {
+            let (h, theta) = (&set.fit.hypothesis, &set.fit.theta);
+            let found = h.augmentation(&self.prepared.data, theta, &set.identified_ci95(), &set.covariance());
+            Ok(Rival {
+                kinds: kinds(set.additions()),
+                over_chosen: margin,
+                model_toml: self.model.augmented(&found)?,
+            })
+        };
+        alive.into_iter().map(rival).collect()
     }
 }
 

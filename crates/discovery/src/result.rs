@@ -351,6 +351,20 @@ pub struct Models {
     pub declared_toml: String,
     /// Text of the declared model file calibrated on the training records, without added effects.
     pub calibrated_toml: String,
+    /// Other fitted models that the data do not reject, best first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rivals: Vec<Rival>,
+}
+
+/// A fitted model that the data do not reject, beside the named one.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Rival {
+    /// Names of its effects; empty for the calibrated model.
+    pub kinds: Vec<String>,
+    /// Gain minus penalty over the chosen set of effects, nats.
+    pub over_chosen: f64,
+    /// Text of the model file with its effects and fitted values.
+    pub model_toml: String,
 }
 
 /// A held-out trajectory with the predictions of the declared and the augmented model.

@@ -14,6 +14,7 @@ pub mod folders;
 pub mod forecast;
 pub mod joints;
 mod model_or_run;
+pub mod next;
 pub mod predict;
 mod prefix_length;
 pub mod provenance;

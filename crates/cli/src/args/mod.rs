@@ -4,6 +4,7 @@
 mod data;
 mod forecast;
 mod models;
+mod next;
 mod simulate;
 mod start;
 mod train;
@@ -20,6 +21,7 @@ use std::path::PathBuf;
 pub use data::{Data, DataAction, Frame};
 pub use forecast::{Evaluate, Predict, ProtocolArg, ViewArgs};
 pub use models::{Effects, Fit, FormulationArg, FreeArg, FromRobot, ModelAction, ModelArgs};
+pub use next::{Listen, Next};
 pub use simulate::{PushProtocolArg, Simulate, SimulateScenario};
 pub use start::Start;
 pub use train::Train;
@@ -91,6 +93,14 @@ pub enum Command {
     /// model and a report.
     #[command(after_help = examples::DISCOVER)]
     Discover(Discover),
+    /// Design the next experiment: inputs that separate the explanations of the data so far, with the odds
+    /// that they promise.
+    #[command(after_help = examples::NEXT)]
+    Next(Next),
+    /// Judge new recordings: update the weights of the explanations of a plan, and say whether they are
+    /// enough.
+    #[command(after_help = examples::LISTEN)]
+    Listen(Listen),
     /// Train a network on trajectories and write a run directory.
     #[command(after_help = examples::TRAIN)]
     Train(Train),

@@ -12,6 +12,7 @@ mod from_robot;
 mod inspect;
 mod inspect_system;
 mod model;
+mod next;
 mod own_data;
 mod predict;
 mod reference;
@@ -60,6 +61,8 @@ pub fn run(args: &Args, output: &Output) -> anyhow::Result<Outcome> {
         Command::Effects(a) => effects::run(a, output),
         Command::Simulate(a) => simulate::run(a, seed, force, output),
         Command::Discover(a) => discover::run(a, seed, force, output),
+        Command::Next(a) => next::next(a, seed, force, output),
+        Command::Listen(a) => next::hear(a, force, output),
         Command::Train(a) => train::run(a, seed, force, output),
         Command::Predict(a) => predict::run(a, seed, output),
         Command::Export(a) => export::run(a, output),

@@ -56,6 +56,20 @@ pub fn complete(
         }
     }
     found.model_toml = model.to_toml()?;
+    complete_rivals(found, declared, &records)
+}
+
+/// Completes the models of the rivals with shared initial states and their noise; drops those that diverge.
+fn complete_rivals(found: &mut Discovery, declared: &Model, records: &[Record]) -> anyhow::Result<()> {
+    let rivals = std::mem::take(&mut found.models.rivals);
+    for mut rival in rivals {
+        let mut model = declared.parse_changed(&rival.model_toml)?;
+        estimate_shared_starts(&mut model, records)?;
+        if noise::find(&mut model, records).is_ok() {
+            rival.model_toml = model.to_toml()?;
+            found.models.rivals.push(rival);
+        }
+    }
     Ok(())
 }
 

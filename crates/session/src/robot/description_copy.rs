@@ -54,7 +54,9 @@ impl DescriptionCopy {
     /// As [`DescriptionCopy::refer`].
     pub fn refer_in(&self, found: &mut Discovery) -> anyhow::Result<()> {
         let models = &mut found.models;
-        for text in [&mut found.model_toml, &mut models.declared_toml, &mut models.calibrated_toml] {
+        let rivals = models.rivals.iter_mut().map(|rival| &mut rival.model_toml);
+        let texts = [&mut found.model_toml, &mut models.declared_toml, &mut models.calibrated_toml];
+        for text in texts.into_iter().chain(rivals) {
             *text = self.refer(text)?;
         }
         Ok(())

@@ -1,5 +1,6 @@
 //! Kinds of models that a request does not support.
 
+use crate::next::NextFault;
 use std::fmt;
 
 /// Why a request does not support a model.
@@ -26,6 +27,8 @@ pub enum ModelFault {
     BallEffectExported { kind: String },
     /// The pushing model has an effect without a short formula, which cannot be exported.
     PushEffectExported { kind: String },
+    /// The next experiment cannot be designed or judged for the model, folder or file of limits.
+    Next(NextFault),
 }
 
 impl fmt::Display for ModelFault {
@@ -50,6 +53,7 @@ impl fmt::Display for ModelFault {
             ModelFault::BuiltInFitted => {
                 "fit needs an equation model (scenario = \"system\"); use augsim discover for a ball or pushes"
             }
+            ModelFault::Next(fault) => return fault.fmt(f),
             ModelFault::BallEffectExported { kind } => {
                 return write!(
                     f,

@@ -1,0 +1,102 @@
+//! Contract: for models that are linear in their parameters the evidence is the joint Gaussian density of the readings, given
+//! the first ones, recordings one after the other give the density of all, and the prior of an estimated initial state has no influence.
+
+use super::{explanation, recording, white};
+use augsim_design::{after_recordings, factor_of, hear};
+
+/// Integrator with an unknown gain: y = a times the integral of u.
+const GAIN: &str = "scenario = \"system\"\nname = \"gain\"\n[inputs]\nu_V = { hold = \"linear\" }\n[states]\nx_m = { start = 0.0, sd = 1e-9 }\n\
+    [parameters]\na_m_per_V_s = { nominal = 2.0, min = -50.0, max = 54.0 }\n[rates]\nx_m = \"a_m_per_V_s * u_V\"\n\
+    [outputs]\ny_m = { value = \"x_m\", sd = 0.1 }\n";
+
+fn times() -> Vec<f64> {
+    (0..12).map(|k| 0.1 * f64::from(k)).collect()
+}
+
+/// Log density of `y` under N(mean, covariance).
+fn log_density(y: &[f64], mean: &[f64], covariance: &[Vec<f64>]) -> f64 {
+    let factor = factor_of(covariance);
+    let mut solved = Vec::new();
+    let mut log = 0.0;
+    for i in 0..y.len() {
+        let known: f64 = (0..i).map(|k| factor[i][k] * solved[k]).sum();
+        let z: f64 = (y[i] - mean[i] - known) / factor[i][i];
+        log -= 0.5 * z * z + factor[i][i].ln() + 0.5 * std::f64::consts::TAU.ln();
+        solved.push(z);
+    }
+    log
+}
+
+/// Log density of the readings `from..` given those before, under the gain's prior N(2, `prior_sd`²).
+fn log_density_from(from: usize, s: &[f64], y: &[f64], prior_sd: f64) -> f64 {
+    let mean: Vec<f64> = s.iter().map(|s| 2.0 * s).collect();
+    let first = |n: usize| log_density(&y[..n], &mean[..n], &covariance(&s[..n], prior_sd, 0.1));
+    first(y.len()) - first(from)
+}
+
+fn covariance(s: &[f64], prior_sd: f64, noise_sd: f64) -> Vec<Vec<f64>> {
+    let entry = |i: usize, j: usize| {
+        prior_sd * prior_sd * s[i] * s[j] + if i == j { noise_sd * noise_sd } else { 0.0 }
+    };
+    (0..s.len()).map(|i| (0..s.len()).map(|j| entry(i, j)).collect()).collect()
+}
+
+fn readings(t: &[f64], gain: f64) -> Vec<f64> {
+    t.iter().enumerate().map(|(k, t)| gain * t + 0.1 * (((5 * k) % 7) as f64 / 3.0 - 1.0)).collect()
+}
+
+#[test]
+fn the_evidence_is_the_joint_density_of_the_readings() {
+    let (t, e) = (times(), explanation("gain", GAIN, &[0.5], white(0.1)));
+    let y = readings(&t, 2.3);
+    let heard = hear(&e, &recording(&t, &vec![1.0; t.len()], &y)).unwrap();
+    let expected = log_density_from(5, &t, &y, 0.5);
+    assert!((heard.log_evidence - expected).abs() < 1e-6, "{} {expected}", heard.log_evidence);
+    assert_eq!(heard.count, 7);
+    // Conjugate update of the gain.
+    let (tt, ty): (f64, f64) =
+        (t.iter().map(|t| t * t).sum(), t.iter().zip(&y).map(|(t, y)| t * (y - 2.0 * t)).sum());
+    let variance = 1.0 / (1.0 / 0.25 + tt / 0.01);
+    assert!((heard.updated.values[0] - (2.0 + variance * ty / 0.01)).abs() < 1e-6);
+    assert!((heard.updated.standard_deviations()[0] - variance.sqrt()).abs() < 1e-9);
+}
+
+#[test]
+fn recordings_in_turn_have_the_density_of_all_together() {
+    let (t, e) = (times(), explanation("gain", GAIN, &[0.5], white(0.1)));
+    let (y1, y2) = (readings(&t, 2.3), readings(&t, 2.4));
+    let records = [recording(&t, &vec![1.0; t.len()], &y1), recording(&t, &vec![1.0; t.len()], &y2)];
+    let first = hear(&e, &records[0]).unwrap();
+    let second = hear(&first.updated, &records[1]).unwrap();
+    let both = [&t[..], &t[..]].concat();
+    let expected =
+        log_density_from(5, &t, &y1, 0.5) + log_density_from(17, &both, &[&y1[..], &y2[..]].concat(), 0.5);
+    assert!((first.log_evidence + second.log_evidence - expected).abs() < 1e-6);
+    // From a prior as wide as the bounds (uniform on -50 to 54: mean 2, sd 30.02) all recordings at once.
+    let after = after_recordings(&e, &records).unwrap();
+    let (tt, ty): (f64, f64) = (
+        both.iter().map(|t| t * t).sum(),
+        both.iter().zip([y1, y2].concat()).map(|(t, y)| t * (y - 2.0 * t)).sum(),
+    );
+    let variance = 1.0 / (12.0 / (104.0 * 104.0) + tt / 0.01);
+    assert!((after.values[0] - (2.0 + variance * ty / 0.01)).abs() < 1e-6, "{}", after.values[0]);
+    assert!((after.standard_deviations()[0] - variance.sqrt()).abs() < 1e-9);
+}
+
+#[test]
+fn an_estimated_initial_state_costs_the_first_samples_only() {
+    // y = x0 + a t: given the first 5 readings, the density of the others under a flat prior of x0.
+    let text = GAIN.replace("start = 0.0, sd = 1e-9", "start = \"y_m\"");
+    let (t, e) = (times(), explanation("gain", &text, &[0.5], white(0.1)));
+    let y: Vec<f64> = readings(&t, 2.3).iter().map(|y| y + 7.0).collect();
+    let heard = hear(&e, &recording(&t, &vec![1.0; t.len()], &y)).unwrap();
+    let mean: Vec<f64> = t.iter().map(|t| 7.0 + 2.0 * t).collect();
+    let flat = |n: usize| {
+        let mut c = covariance(&t[..n], 0.5, 0.1);
+        c.iter_mut().flatten().for_each(|c| *c += 1e4);
+        log_density(&y[..n], &mean[..n], &c)
+    };
+    let expected = flat(12) - flat(5);
+    assert!((heard.log_evidence - expected).abs() < 1e-2, "{} {expected}", heard.log_evidence);
+    assert_eq!(heard.count, 7);
+}

@@ -1,0 +1,22 @@
+//! The next experiment: designed to separate the live explanations of the data, and judged when it has come.
+//!
+//! `docs/next.md` has the formulas.
+
+mod explanation;
+mod fault;
+mod limits;
+mod listen;
+mod page;
+mod plan;
+mod sources;
+mod state;
+mod text;
+
+pub use fault::NextFault;
+pub use limits::{default_limits, read_limits};
+pub use listen::{ListenRequest, listen};
+pub use page::{listen_page, plan_page};
+pub use plan::{PlanRequest, Planned, explanations, plan};
+pub use sources::{Source, sources};
+pub use state::{Explained, HeardRun, PlannedRun, PromiseOf, RunOdds, State};
+pub use text::{listen_text, plan_text};

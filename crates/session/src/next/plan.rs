@@ -1,0 +1,204 @@
+//! Designs the next runs and promises their odds.
+
+use super::explanation::{Compiled, Tuning, compile, write_back};
+use super::sources::Source;
+use super::state::{Explained, PlannedRun, PromiseOf, RunOdds, State};
+use super::text::{plan_sentence, why_not};
+use augsim_data::random_stream;
+use augsim_design::{
+    Candidate, Experiment, Explanation, Limits, Promise, Request, Run, after_recordings, design, nominal_run,
+    promise, weights,
+};
+use augsim_system::Record;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// Number of random experiments on which integration steps are chosen where there are no recordings.
+const TUNING_EXPERIMENTS: u64 = 16;
+
+/// What to plan.
+#[derive(Debug)]
+pub struct PlanRequest<'a> {
+    /// The live explanations.
+    pub sources: &'a [Source],
+    /// Limits of a run.
+    pub limits: &'a Limits,
+    /// Recordings so far, on which integration steps are chosen; may be empty.
+    pub records: &'a [Record],
+    /// Maximum number of runs.
+    pub budget: usize,
+    /// Required odds against each other explanation.
+    pub odds: f64,
+    /// Number of simulated sequences for each explanation as the truth.
+    pub sequences: u64,
+    /// Seed of all random draws.
+    pub seed: u64,
+}
+
+/// A plan: its state, the inputs of each run as CSV files, and the predictions of each run.
+#[derive(Debug)]
+pub struct Planned {
+    /// Content of `plan.json`.
+    pub state: State,
+    /// Name and text of the CSV file of each run.
+    pub files: Vec<(String, String)>,
+    /// Experiment of each run, for figures.
+    pub experiments: Vec<Experiment>,
+    /// Predicted outputs of each run by each explanation, `[run][explanation][output][sample]`.
+    pub predictions: Vec<Vec<Vec<Vec<f64>>>>,
+}
+
+/// Experiments at random within the limits, as records for the choice of integration steps.
+pub(super) fn tuning_records(limits: &Limits, outputs: usize, seed: u64) -> Tuning {
+    let experiment = |k: u64| {
+        let mut rng = random_stream(seed, "tuning", k);
+        Candidate::random(limits, &mut rng).experiment(limits, 1.0)
+    };
+    let experiments: Vec<Experiment> = (0..TUNING_EXPERIMENTS).map(experiment).collect();
+    let starts = experiments.first().map(|e| e.starts.clone()).unwrap_or_default();
+    let blank = |e: &Experiment| Record {
+        values: vec![vec![f64::NAN; e.times.len()]; outputs],
+        ..e.record("tuning")
+    };
+    (experiments.iter().map(blank).collect(), starts)
+}
+
+/// Compiles the explanations.
+///
+/// # Errors
+/// A model has no fitted uncertainty or no noise, or cannot be compiled or simulated.
+pub(super) fn compiled(sources: &[Source], tuning: &Tuning) -> anyhow::Result<Vec<Compiled>> {
+    sources.iter().map(|source| compile(source, tuning)).collect()
+}
+
+/// Designs runs that separate the explanations within the limits, and promises their odds by simulation.
+///
+/// # Errors
+/// A model cannot be used, or no input keeps all explanations within the limits.
+pub fn plan(request: &PlanRequest<'_>) -> anyhow::Result<Planned> {
+    let outputs = request.sources.first().map_or(0, |s| s.model.outputs.len());
+    let tuning = match request.records {
+        [] => tuning_records(request.limits, outputs, request.seed),
+        records => (records.to_vec(), BTreeMap::new()),
+    };
+    let (explanations, widths): (Vec<Explanation>, Vec<_>) =
+        compiled(request.sources, &tuning)?.into_iter().unzip();
+    let wanted = Request {
+        explanations: &explanations,
+        limits: request.limits,
+        budget: request.budget,
+        odds: request.odds,
+        seed: request.seed,
+    };
+    let runs = design(&wanted)?;
+    let experiments: Vec<&Experiment> = runs.iter().map(|r| &r.experiment).collect();
+    let promised = (explanations.len() > 1).then(|| {
+        promise(&explanations, &experiments, request.budget, request.odds, request.sequences, request.seed)
+    });
+    let mut state = State::new(request.odds, explained(request.sources, &explanations, widths)?);
+    state.plan = runs.iter().enumerate().map(|(k, run)| planned_run(k, run, &explanations)).collect();
+    state.promise = promised.as_ref().map(|p| {
+        let why = (!p.is_enough).then(|| why_not(&explanations, &runs, request.limits));
+        promise_of(p, request.sequences, why)
+    });
+    state.sentence = plan_sentence(&state, request.limits);
+    let files =
+        runs.iter().zip(&state.plan).map(|(run, p)| (p.file.clone(), csv(run, request.limits))).collect();
+    let predict = |run: &Run| -> anyhow::Result<Vec<Vec<Vec<f64>>>> {
+        explanations.iter().map(|e| Ok(nominal_run(e, &run.experiment)?)).collect()
+    };
+    let predictions = runs.iter().map(predict).collect::<anyhow::Result<_>>()?;
+    let experiments = runs.into_iter().map(|r| r.experiment).collect();
+    Ok(Planned { state, files, experiments, predictions })
+}
+
+/// The explanations of a plan, before any run was heard.
+fn explained(
+    sources: &[Source],
+    explanations: &[Explanation],
+    widths: Vec<BTreeMap<String, f64>>,
+) -> anyhow::Result<Vec<Explained>> {
+    let explained =
+        |(((source, e), weight), widths): (((&Source, &Explanation), f64), BTreeMap<String, f64>)| {
+            let mut model = source.model.clone();
+            write_back(&mut model, e);
+            Ok(Explained {
+                name: e.name.clone(),
+                log_weight: e.log_weight,
+                log_evidence: 0.0,
+                squares: 0.0,
+                count: 0,
+                weight,
+                log_e_value: 0.0,
+                rejected: false,
+                widths,
+                file: model.file.clone(),
+                model_toml: model.to_toml()?,
+            })
+        };
+    sources.iter().zip(explanations).zip(weights(explanations)).zip(widths).map(explained).collect()
+}
+
+fn planned_run(k: usize, run: &Run, explanations: &[Explanation]) -> PlannedRun {
+    let names = || explanations.iter().map(|e| e.name.clone()).enumerate();
+    let pairs = names().flat_map(|(i, truth)| {
+        names().filter(move |(j, _)| *j != i).map(move |(j, rival)| (i, truth.clone(), j, rival))
+    });
+    let odds = pairs.map(|(i, truth, j, rival)| RunOdds {
+        truth,
+        rival,
+        log_odds: run.log_odds[i][j],
+        without_refit: run.without_refit[i][j],
+    });
+    PlannedRun {
+        file: format!("run-{}.csv", k + 1),
+        signals: run.families.iter().map(|f| (*f).to_owned()).collect(),
+        starts: run.experiment.starts.clone(),
+        duration_s: run.experiment.times.last().copied().unwrap_or(0.0),
+        odds: odds.collect(),
+        information: run.information.clone(),
+        limited_by: run.limited_by.clone(),
+    }
+}
+
+fn promise_of(p: &Promise, sequences: u64, why_not: Option<String>) -> PromiseOf {
+    PromiseOf {
+        runs: p.runs,
+        is_enough: p.is_enough,
+        share: p.share(),
+        // JSON has no infinities: a sequence that cannot be judged counts as certain odds for the rival.
+        log_odds: p.log_odds().max(f64::MIN),
+        log_odds_by_truth: p
+            .truths
+            .iter()
+            .map(|t| t.log_odds.iter().map(|o| o.max(f64::MIN)).collect())
+            .collect(),
+        share_by_truth: p.truths.iter().map(|t| t.reached.clone()).collect(),
+        sequences,
+        why_not,
+    }
+}
+
+/// The inputs of a run as a CSV file: time and one column for each input.
+fn csv(run: &Run, limits: &Limits) -> String {
+    let names: Vec<&str> = limits.inputs.iter().map(|i| i.name.as_str()).collect();
+    let mut text = format!("t_s,{}\n", names.join(",")).replace("t_s,\n", "t_s\n");
+    for (k, t) in run.experiment.times.iter().enumerate() {
+        // Writing to a string cannot fail.
+        let _ = write!(text, "{t}");
+        for input in &run.experiment.inputs {
+            let _ = write!(text, ",{}", input[k]);
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// Compiles fitted models to explanations, with parameters distributed as `records` say and steps chosen on them.
+///
+/// # Errors
+/// As [`plan`].
+pub fn explanations(sources: &[Source], records: &[Record]) -> anyhow::Result<Vec<Explanation>> {
+    let compiled = compiled(sources, &(records.to_vec(), BTreeMap::new()))?.into_iter();
+    Ok(compiled.map(|(e, _)| after_recordings(&e, records)).collect::<Result<_, _>>()?)
+}
