@@ -140,6 +140,8 @@ pub struct Effect {
     ///
     /// Where the other effect is fitted, this one is fitted too.
     pub indicated_by: Option<String>,
+    /// Whether the effect brings states of its own into the system, so that it depends on the past.
+    pub has_states: bool,
     /// Whether the effect slows down every simulation; such effects are tested separately from cheap ones.
     pub costly: bool,
     /// Start values of the first fit of the effect.

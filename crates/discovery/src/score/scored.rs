@@ -202,11 +202,13 @@ impl Scored {
         self.coefficients(number).is_none() && !matches!(self.additions()[number], Addition::Scatter(_))
     }
 
-    /// The [`coefficients`](Self::coefficients) of an addition that are not at a bound.
+    /// The [`coefficients`](Self::coefficients) of an addition that are not at a bound; `None` if all are, so that only its
+    /// gain can judge it.
     fn free_coefficients(&self, number: usize) -> Option<(Vec<usize>, Vec<f64>)> {
         let (entries, off) = self.coefficients(number)?;
         let held = entries_at_bounds(&self.fit);
-        Some(entries.into_iter().zip(off).filter(|(i, _)| !held[*i]).unzip())
+        let free: Vec<(usize, f64)> = entries.into_iter().zip(off).filter(|(i, _)| !held[*i]).collect();
+        (!free.is_empty()).then(|| free.into_iter().unzip())
     }
 
     /// Entries of theta (the shared parameters) of an addition's coefficients, and their distances from the

@@ -83,7 +83,8 @@ pub(super) fn states(model: &Model) -> Vec<State> {
     let begin = |index: usize| {
         let state = &model.states[index];
         match (&state.start.tree.nodes[..], state.sd) {
-            _ if index >= declared => InitialValue::Fixed(0.0),
+            (_, Some(sd)) if index >= declared => InitialValue::PriorAboutRecord(sd),
+            _ if index >= declared => InitialValue::FromRecord,
             ([node], sd) => match (&node.kind, sd) {
                 (Kind::Number(mean), Some(sd)) => InitialValue::Prior(*mean, sd),
                 // Only a state that is itself an output is measured; other outputs only help to guess it. A
@@ -200,6 +201,7 @@ pub(super) fn effect(candidate: &Candidate) -> Effect {
         equivalent_causes: candidate.equivalent_causes.clone(),
         excludes: candidate.excludes.clone(),
         reduces_to: candidate.reduces_to.clone(),
+        has_states: candidate.has_states(),
         amplitude_count: Some(free().take_while(|p| !p.is_inner).count().max(1)),
         ..Effect::default()
     }

@@ -166,7 +166,13 @@ fn expand_at(row: &Row, place: &Place, model: &Model, suffix: &str) -> Result<Ca
         changes.push(((*other, How::Add), text(expression)));
     }
     let substitute_state =
-        |s: &DraftState| DraftState { name: new_name(&s.name), rate: text(&s.rate), start: text(&s.start) };
+        |s: &DraftState| DraftState {
+            name: new_name(&s.name),
+            rate: text(&s.rate),
+            start: text(&s.start),
+            spread: s.spread.as_deref().map(text),
+            sd: None,
+        };
     let mut candidate = Candidate {
         kind: row.kind.clone(),
         name: row.kind.clone(),
@@ -332,6 +338,11 @@ impl Candidate {
                 .collect();
         }
         points
+    }
+
+    /// Whether the effect brings states of its own into the model.
+    pub fn has_states(&self) -> bool {
+        !self.states.is_empty()
     }
 
     /// Builds the effect with these parameter values, ready to be added to the model.

@@ -119,14 +119,16 @@ impl Row {
             for (name, state) in table.entries(example)? {
                 check_name(&state, name)?;
                 state.table(example)?;
-                state.check_keys(&["rate", "start"])?;
+                state.check_keys(&["rate", "start", "spread"])?;
                 let missing_rate =
                     || state.error(Fault::Missing { key: "rate", example: "rate = \"v - z / d\"" });
                 let rate = state.entry("rate").ok_or_else(missing_rate)?;
                 let start =
                     state.entry("start").map_or(Ok("0".to_owned()), |start| start.number_or_text())?;
                 let rate = rate.text("an expression in quotes")?.to_owned();
-                states.push(DraftState { name: name.to_owned(), rate, start });
+                let spread = state.entry("spread").map(|s| s.text("a quantity in quotes")).transpose()?;
+                let spread = spread.map(str::to_owned);
+                states.push(DraftState { name: name.to_owned(), rate, start, spread, sd: None });
             }
         }
         let mut parameters = Vec::new();
