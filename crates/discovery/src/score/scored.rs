@@ -68,10 +68,15 @@ impl Scored {
                     let p_value = self.p_value_of_coefficients(&entries, &off, without(number));
                     let excludes_null =
                         |(i, off): (&usize, &f64)| off.abs() > intervals.half_width(&self.unit(*i));
-                    if p_value >= OUTSIDE_95 || entries.iter().zip(&off).any(excludes_null) {
-                        p_value
-                    } else {
-                        OUTSIDE_95
+                    let by_coefficients =
+                        if p_value >= OUTSIDE_95 || entries.iter().zip(&off).any(excludes_null) {
+                            p_value
+                        } else {
+                            OUTSIDE_95
+                        };
+                    match without(number).filter(|_| self.has_states(number)) {
+                        Some(less) => by_coefficients.min(self.evidence.p_value_of_gain(less)),
+                        None => by_coefficients,
                     }
                 }
                 None => without(number).map_or(1.0, |less| match &self.additions()[number] {
@@ -194,6 +199,14 @@ impl Scored {
         } else {
             p_value
         }
+    }
+
+    /// Whether addition number `number` brings states of its own.
+    ///
+    /// Their initial values are not identifiable at the null value of its coefficients, so that the scatter of these
+    /// is no valid test alone (Davies 1987). Then the gain over blocks also establishes the addition.
+    pub fn has_states(&self, number: usize) -> bool {
+        self.additions()[number].listed().is_some_and(|effect| effect.has_states)
     }
 
     /// Whether addition number `number` is judged by its gain over blocks. Its penalty then already accounts

@@ -32,6 +32,8 @@ pub struct Row {
     pub excludes: Vec<String>,
     /// Kind of the simpler effect that results when the inner parameters go to their bounds; `None` if there is none.
     pub reduces_to: Option<String>,
+    /// Experiments that distinguish the effect from others: kind of the other effect, and what to do.
+    pub separated_by: Vec<(String, String)>,
     /// Literature reference or other origin of the formula.
     pub source: String,
     /// File name and line of the block that describes the effect.
@@ -64,7 +66,7 @@ pub struct RowParameter {
 }
 
 /// Keys of a `[[candidate]]` block that are not parameters.
-const RESERVED_KEYS: [&str; 11] = [
+const RESERVED_KEYS: [&str; 12] = [
     "kind",
     "on",
     "add",
@@ -75,6 +77,7 @@ const RESERVED_KEYS: [&str; 11] = [
     "stands_for",
     "excludes",
     "contains",
+    "separated_by",
     "source",
 ];
 
@@ -131,6 +134,12 @@ impl Row {
                 states.push(DraftState { name: name.to_owned(), rate, start, spread, sd: None });
             }
         }
+        let mut separated_by = Vec::new();
+        if let Some(table) = item.entry("separated_by") {
+            for (kind, text) in table.entries("a table of kinds, each with an experiment in quotes")? {
+                separated_by.push((kind.to_owned(), text.text("an experiment in quotes")?.to_owned()));
+            }
+        }
         let mut parameters = Vec::new();
         for (name, entry) in item.entries("written as [[candidate]] blocks")? {
             if !RESERVED_KEYS.contains(&name) {
@@ -153,6 +162,7 @@ impl Row {
             equivalent_causes: texts("stands_for")?,
             excludes: texts("excludes")?,
             reduces_to: contains,
+            separated_by,
             source: source.unwrap_or_default(),
             place: (item.reader.file.to_owned(), item.line),
         })
