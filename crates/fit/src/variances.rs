@@ -234,10 +234,15 @@ impl<'a> NoiseProblem<'a> {
 
     /// Rough initial state of a record: that of its first window.
     fn rough_start(&self, record: &Record) -> Vec<f64> {
-        let mut start = self.complete_start(&record.windows.first().map(|w| w.start.clone()).unwrap_or_default());
+        let mut start =
+            self.complete_start(&record.windows.first().map(|w| w.start.clone()).unwrap_or_default());
         let of_effects = self.system.system.effect_starts(record, 0);
         let first = start.len().saturating_sub(of_effects.len());
-        start[first..].iter_mut().zip(of_effects).filter(|(x, _)| x.is_nan()).for_each(|(x, known)| *x = known);
+        start[first..]
+            .iter_mut()
+            .zip(of_effects)
+            .filter(|(x, _)| x.is_nan())
+            .for_each(|(x, known)| *x = known);
         start
     }
 

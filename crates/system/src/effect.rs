@@ -186,7 +186,8 @@ pub fn known_distinguishing_experiment<'e>(one: &[&'e Effect], other: &[&'e Effe
         })
     };
     // Effects of a system of equations have their place in their names: `input-lag on motor_V`.
-    let is_kind = |k: &str, name: &str| name.strip_prefix(k).is_some_and(|r| r.is_empty() || r.starts_with(" on "));
+    let is_kind =
+        |k: &str, name: &str| name.strip_prefix(k).is_some_and(|r| r.is_empty() || r.starts_with(" on "));
     let has_kind = |rival: &Rival, name: &str| matches!(rival, Rival::Kind(k) if is_kind(k, name));
     let has_place = |rival: &Rival, place: &str| matches!(rival, Rival::At(p) if p == place);
     known(&|rival, rivals| rivals.iter().any(|e| has_kind(rival, &e.kind)))

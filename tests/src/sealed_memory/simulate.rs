@@ -56,7 +56,8 @@ pub fn draw((plant, memory): Case, seed: u64) -> String {
         .iter()
         .flat_map(|(start, inputs)| {
             let states = states_along(plant, Memory::None, sizes, start, inputs);
-            let at = |(k, x): (usize, Vec<f64>)| (x[plant.equation], (plant.rates)(&x, inputs[k])[plant.equation]);
+            let at =
+                |(k, x): (usize, Vec<f64>)| (x[plant.equation], (plant.rates)(&x, inputs[k])[plant.equation]);
             states.into_iter().enumerate().map(at).collect::<Vec<_>>()
         })
         .collect();
@@ -113,7 +114,8 @@ fn states_along(plant: &Plant, memory: Memory, sizes: Sizes, start: &[f64], inpu
         states.push(state.clone());
         for _ in 0..STEPS_PER_SAMPLE {
             let f = |x: &[f64]| rates(plant, memory, sizes, x, inputs, k);
-            let moved = |d: &[f64], by: f64| -> Vec<f64> { state.iter().zip(d).map(|(x, d)| x + by * d).collect() };
+            let moved =
+                |d: &[f64], by: f64| -> Vec<f64> { state.iter().zip(d).map(|(x, d)| x + by * d).collect() };
             let k1 = f(&state);
             let k2 = f(&moved(&k1, 0.5 * dt));
             let k3 = f(&moved(&k2, 0.5 * dt));

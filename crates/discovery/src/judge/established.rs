@@ -1,7 +1,7 @@
 //! Selection of the established findings, the alternatives and the leads.
 
-use super::memory::{exchange_memory, stand_in};
 use super::bootstrap::{FalsePositives, Resamples, false_positive_rate, resamples};
+use super::memory::{exchange_memory, stand_in};
 use crate::addition::{Addition, labels};
 use crate::columns::LinearProblem;
 use crate::score::Scored;

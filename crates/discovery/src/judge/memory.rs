@@ -41,9 +41,7 @@ pub(crate) fn test_memory(search: &Search<'_>, set: &Scored) -> MemoryTest {
     let tables = table_candidates(sample.data, &set.fit.events);
     let candidates = [&search.library[..], &tables[..]].concat();
     let problem = LinearProblem::new(&sample, &search.view.blocks, set, &candidates);
-    let is_static = |g: usize| {
-        problem.fitted.contains(&g) || !problem.groups[g].addition.depends_on_past()
-    };
+    let is_static = |g: usize| problem.fitted.contains(&g) || !problem.groups[g].addition.depends_on_past();
     let statics = select_among(&problem, search.penalty(), &is_static);
     let beside = statics.first().map_or_else(|| problem.fitted.clone(), |best| best.groups.clone());
     most_significant(&problem, &beside)
@@ -51,9 +49,8 @@ pub(crate) fn test_memory(search: &Search<'_>, set: &Scored) -> MemoryTest {
 
 /// The most significant addition with memory beside the groups `beside` of a linear problem.
 fn most_significant(problem: &LinearProblem, beside: &[usize]) -> MemoryTest {
-    let tested: Vec<(usize, f64)> = p_values_beside(problem, beside, &|g| {
-        problem.groups[g].addition.depends_on_past()
-    });
+    let tested: Vec<(usize, f64)> =
+        p_values_beside(problem, beside, &|g| problem.groups[g].addition.depends_on_past());
     let least = tested.iter().min_by(|a, b| a.1.total_cmp(&b.1));
     MemoryTest {
         p_value: least.map_or(1.0, |(_, p)| (p * tested.len() as f64).min(1.0)),
@@ -71,9 +68,9 @@ pub(crate) fn stand_in(search: &Search<'_>, found: &SearchResult, named: usize) 
     if !set.additions().iter().any(is_law) || !search.library.iter().any(Addition::depends_on_past) {
         return None;
     }
-    let problem =
-        LinearProblem::new(&search.sample(), &search.view.blocks, set, &search.library);
-    let tested = p_values_beside(&problem, &problem.fitted, &|g| problem.groups[g].addition.depends_on_past());
+    let problem = LinearProblem::new(&search.sample(), &search.view.blocks, set, &search.library);
+    let tested =
+        p_values_beside(&problem, &problem.fitted, &|g| problem.groups[g].addition.depends_on_past());
     let (memory, p_value) = tested.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
     if p_value * tested.len() as f64 > ALPHA / 10.0 {
         return None;

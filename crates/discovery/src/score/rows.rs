@@ -224,7 +224,8 @@ impl<'a> FitWindows<'a> {
         places.extend(std::iter::repeat_n((first, u16::MAX), count));
         columns.extend(prior_rows);
         let scatter = self.fit.hypothesis.scatter.filter(|_| lanes.offsets > 0);
-        let constant = projection.log_volume_of_priors(lanes.starts() - lanes.effect_starts()..lanes.starts())
+        let constant = projection
+            .log_volume_of_priors(lanes.starts() - lanes.effect_starts()..lanes.starts())
             + scatter.map_or(0.0, |s| projection.factor.log_det + 2.0 * lanes.offsets as f64 * s.sd.ln());
         WindowRows {
             weight,

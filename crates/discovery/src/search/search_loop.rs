@@ -382,7 +382,13 @@ impl SearchResult {
 
     /// Fits the set `remaining` with each of the additions `others` that gain most in the linear problem, unless the set was
     /// fitted before; then the subsets of the best set.
-    pub fn fit_exchanges(&mut self, search: &Search<'_>, from: &Scored, remaining: &[Addition], others: &[Addition]) {
+    pub fn fit_exchanges(
+        &mut self,
+        search: &Search<'_>,
+        from: &Scored,
+        remaining: &[Addition],
+        others: &[Addition],
+    ) {
         let number = self.index_or_fit(search, from, remaining);
         let base = self.sets[number].clone();
         let problem = LinearProblem::new(&search.sample(), &search.view.blocks, &base, others);

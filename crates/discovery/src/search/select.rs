@@ -240,7 +240,10 @@ impl<'p> Selection<'p> {
         factor.forward(&mut projected);
         let can_join = |g: &usize| {
             let new = &self.problem.groups[*g];
-            (self.is_allowed)(*g) && groups.iter().all(|other| other != g && self.problem.groups[*other].is_compatible_with(new))
+            (self.is_allowed)(*g)
+                && groups
+                    .iter()
+                    .all(|other| other != g && self.problem.groups[*other].is_compatible_with(new))
         };
         let gain = |g: usize| Some((self.gain_of(g, &columns, &factor, &projected)?, g));
         (0..self.problem.groups.len()).filter(can_join).filter_map(gain).collect()

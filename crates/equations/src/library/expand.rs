@@ -167,14 +167,13 @@ fn expand_at(row: &Row, place: &Place, model: &Model, suffix: &str) -> Result<Ca
     for (other, expression) in place.others.iter().zip(&row.others) {
         changes.push(((*other, How::Add), text(expression)));
     }
-    let substitute_state =
-        |s: &DraftState| DraftState {
-            name: new_name(&s.name),
-            rate: text(&s.rate),
-            start: text(&s.start),
-            spread: s.spread.as_deref().map(text),
-            sd: None,
-        };
+    let substitute_state = |s: &DraftState| DraftState {
+        name: new_name(&s.name),
+        rate: text(&s.rate),
+        start: text(&s.start),
+        spread: s.spread.as_deref().map(text),
+        sd: None,
+    };
     let mut candidate = Candidate {
         kind: row.kind.clone(),
         name: row.kind.clone(),
