@@ -88,8 +88,9 @@ impl Lanes {
         let (record, rough) = (window.record, &window.window.start);
         let mut rough = rough.clone();
         if self.effect_starts > 0 {
-            rough.resize(self.start[self.start.len() - self.effect_starts], 0.0);
-            rough.extend(h.system.effect_starts(&record.data, window.window.samples.start));
+            let of_effects = h.system.effect_starts(&record.data, window.window.samples.start);
+            rough.resize(h.system.schema().states.len() - of_effects.len(), 0.0);
+            rough.extend(of_effects);
         }
         let mut n: Vec<f64> = self.start.iter().map(|&i| rough.get(i).copied().unwrap_or(0.0)).collect();
         let event = h.system.schema().event.as_ref().map(|e| e.parameter);
@@ -548,14 +549,16 @@ pub(crate) fn nuisance_priors(point: &Point<'_>, lanes: &Lanes, window: RecordWi
     // A prior of the initial state applies only to the beginning of the motion.
     let begins = window.window.samples.start == 0 && !window.record.data.is_mid_motion;
     let states = &point.system.schema().states;
-    let first_of_effects = lanes.start.get(lanes.start.len() - lanes.effect_starts).copied().unwrap_or(0);
     let of_effects = match lanes.effect_starts {
         0 => Vec::new(),
         _ => point.system.effect_starts(&window.record.data, window.window.samples.start),
     };
     let start = |&state: &usize| match states[state].initial {
         InitialValue::PriorAboutRecord(sd) => {
-            of_effects.get(state - first_of_effects).map_or((0.0, 0.0), |mean| (*mean, sd.powi(-2)))
+            // States of effects are the last of the system.
+            let place = (state + of_effects.len()).checked_sub(states.len());
+            let mean = place.and_then(|place| of_effects.get(place));
+            mean.map_or((0.0, 0.0), |mean| (*mean, sd.powi(-2)))
         }
         InitialValue::Prior(mean, sd) if begins => (mean, sd.powi(-2)),
         InitialValue::PriorAboutExpression(sd) if begins => {

@@ -58,11 +58,20 @@ impl Memory {
     /// lagged path from the input to the output (a second RC pair) adds `c / (T s + 1)`. The zero of the last is
     /// anywhere, also at infinity, where that of a pure lag is; so it stands for all others. A lag of the sensor and one
     /// of the input are equal, and a slow one with a share stands for a second capacity. A pure lag adds no zero, which
-    /// no capacity does, except without an input, where zeros do not act. Delays of input and sensor are equal.
+    /// no capacity does, except without an input, where zeros do not act, and where the input acts on the output directly
+    /// (`has_feedthrough`): the zero of the cell is then between its pole and that of the lag. Delays of input and sensor are equal.
     /// In a nonlinear plant all differ. Dahl's model is that of Bouc and Wen with g = 0 (and half the distance), and that
     /// of bristles with constant strength.
-    pub fn equivalents(self, is_linear: bool, has_input: bool) -> &'static [&'static str] {
+    pub fn equivalents(
+        self,
+        is_linear: bool,
+        has_input: bool,
+        has_feedthrough: bool,
+    ) -> &'static [&'static str] {
         match (self, is_linear, has_input) {
+            (Self::SensorLag | Self::InputLag, true, true) if has_feedthrough => {
+                &["sensor-lag", "input-lag", "lagged-cross-talk", "second-capacity"]
+            }
             (Self::None | Self::Static(_), ..) => &[],
             (Self::SensorLag, true, true) => &["sensor-lag", "input-lag", "lagged-cross-talk"],
             (Self::SensorLag, true, false) => &["sensor-lag", "second-capacity"],

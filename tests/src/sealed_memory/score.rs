@@ -149,7 +149,8 @@ fn score((plant, memory): Case, found: &Value, summary: &mut Summary) -> bool {
         summary.false_alarms += usize::from(memory == Memory::None && verdict != "nothing-to-add");
         return !has_memory && (memory != Memory::None || verdict == "nothing-to-add");
     }
-    let equivalents = memory.equivalents(plant.is_linear, plant.input.1 > 0.0);
+    let has_feedthrough = (plant.output)(&[0.0; 2], 1.0) != (plant.output)(&[0.0; 2], 0.0);
+    let equivalents = memory.equivalents(plant.is_linear, plant.input.1 > 0.0, has_feedthrough);
     let is_true = |kind: &String| equivalents.contains(&kind.as_str());
     let is_true_set = |set: &[String]| matches!(set, [one] if is_true(one));
     let is_named = is_true_set(&named);
