@@ -2,7 +2,7 @@
 
 use crate::DiscoveryError;
 use crate::addition::Addition;
-use crate::answer::{AnswerParts, Errors, FoldChoice, forecast_limit, measure_errors, nuisances_of_all};
+use crate::answer::{AnswerParts, Errors, forecast_limit, measure_errors, nuisances_of_all};
 use crate::columns::Family;
 use crate::error_table::ForecastErrors;
 use crate::examples::examples;
@@ -204,9 +204,6 @@ fn withdraw_findings(judged: &mut Judged, verdict: Verdict) {
 }
 
 /// Measures prediction errors on data that no decision used.
-///
-/// The parts of an only recording predict each other. Half of it may be too short to choose effects again; then the
-/// errors are those of the set that the whole recording established, refitted to the other part.
 fn prediction_errors(
     prepared: &Prepared,
     searched: &SearchStage,
@@ -214,34 +211,7 @@ fn prediction_errors(
     options: &Options,
 ) -> Errors {
     let SearchStage { view, families, found } = searched;
-    let measure = |choice: FoldChoice| {
-        measure_errors(prepared, view.joined, families, (found, judged.best), choice, options.seed)
-    };
-    let chosen_again = measure(FoldChoice::Repeated);
-    let is_rejected = matches!(
-        reason_from_errors(prepared, searched, judged, &chosen_again),
-        Some(WithdrawalReason::NotThisSystem(_))
-    );
-    let is_choice_lost = prepared.data.recordings.len() == 1 && judged.best != 0 && is_rejected;
-    if is_choice_lost { measure(FoldChoice::Given) } else { chosen_again }
-}
-
-/// Reason from prediction errors why the findings are withdrawn; `None` if there is none.
-fn reason_from_errors(
-    prepared: &Prepared,
-    searched: &SearchStage,
-    judged: &Judged,
-    errors: &Errors,
-) -> Option<WithdrawalReason> {
-    let schema = prepared.data.system.schema();
-    let table = errors.lists.first(schema, 0, 0.0);
-    let adds = changes_predictions(searched, judged);
-    judge::reason_from_errors(&table, prepared.spread(), adds, schema.primary_unit())
-}
-
-/// Whether the named set has additions that change predictions, which random effects alone do not.
-fn changes_predictions(searched: &SearchStage, judged: &Judged) -> bool {
-    searched.found.sets[judged.best].additions().iter().any(|a| !matches!(a, Addition::Scatter(_)))
+    measure_errors(prepared, view.joined, families, found, judged.best, options.seed)
 }
 
 /// Withdraws findings that do not improve the predictions, and rejects the system if it predicts worse than
@@ -255,8 +225,12 @@ fn withdraw_unsupported(
     if judged.withdrawal_reason.is_some() {
         return false;
     }
-    let adds = changes_predictions(searched, judged);
-    match reason_from_errors(prepared, searched, judged, errors) {
+    let schema = prepared.data.system.schema();
+    // Random effects alone do not change predictions.
+    let changes_predictions = |a: &Addition| !matches!(a, Addition::Scatter(_));
+    let adds = searched.found.sets[judged.best].additions().iter().any(changes_predictions);
+    let table = errors.lists.first(schema, 0, 0.0);
+    match judge::reason_from_errors(&table, prepared.spread(), adds, schema.primary_unit()) {
         Some(WithdrawalReason::NotThisSystem(_)) if prepared.data.recordings.len() == 1 => {
             // The parts of one recording predict each other. That extrapolates: a model that lacks a slow state can predict
             // worse than the mean although it is of the right system.

@@ -46,23 +46,14 @@ struct Predicted {
     example: Option<Example>,
 }
 
-/// Set of effects whose predictions are measured on a fold.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum FoldChoice {
-    /// The choice among the fitted sets is repeated without the fold.
-    Repeated,
-    /// The set that all data established is refitted without the fold.
-    Given,
-}
-
 /// Measures prediction errors on the held-out records, or by cross-validation if no records were held out.
 /// The fits are those of the calibrated model and of the set with index `best`.
 pub(crate) fn measure_errors(
     prepared: &Prepared,
     joined: usize,
     families: &[Family],
-    (known, best): (&SearchResult, usize),
-    choice: FoldChoice,
+    known: &SearchResult,
+    best: usize,
     seed: u64,
 ) -> Errors {
     let (base, best) = (known.base(), &known.sets[best]);
@@ -77,14 +68,7 @@ pub(crate) fn measure_errors(
         let start = Scored::new(&sample, &view.blocks, refit_on(&view, &base.fit));
         let search = Search::new(&view, families, &prepared.clock);
         let mut found = repeat_choice(&search, start, known);
-        let named = match choice {
-            FoldChoice::Repeated => crate::judge::named_set(&search, &mut found),
-            FoldChoice::Given => {
-                let starts = fit_nuisance(&sample, &best.fit.hypothesis, &best.fit.theta, &[]);
-                found.sets.push(search.refit(&starts, best.additions(), &Vec::new()));
-                found.sets.len() - 1
-            }
-        };
+        let named = crate::judge::named_set(&search, &mut found);
         let (calibrated, augmented) = (&found.base().fit, &found.sets[named].fit);
         let on_fold = predicted(prepared, fold, [calibrated, augmented], seed);
         let mut shown = examples(&prepared.sample(fold), [calibrated, augmented], &on_fold.lists);

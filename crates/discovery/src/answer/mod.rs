@@ -10,9 +10,7 @@ use crate::score::Scored;
 use crate::search::{Search, SearchResult};
 use crate::stages::Judged;
 use augsim_system::Declaration;
-pub(crate) use errors::{
-    Errors, FoldChoice, errors_of_fits, forecast_limit, measure_errors, nuisances_of_all,
-};
+pub(crate) use errors::{Errors, errors_of_fits, forecast_limit, measure_errors, nuisances_of_all};
 
 /// Everything from which the result of a discovery is computed.
 pub(crate) struct AnswerParts<'a> {
