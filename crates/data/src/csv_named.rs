@@ -22,6 +22,8 @@ use std::path::{Path, PathBuf};
 const LAYOUT: &str = "the long form is comma-separated and has the sample times in the column `t_s`; name another time \
                       column with --time COLUMN:UNIT";
 
+/// What a file contains that has a column of groups, for messages.
+const GROUP_LAYOUT: &str = "a column with the group of each trajectory, as --group-by names it";
 /// Identifier of the only trajectory of a file without the column `trajectory`.
 const SINGLE_ID: &str = "1";
 
@@ -96,6 +98,17 @@ impl NamedCsv {
         let path = Path::new(name);
         let file = NamedFile::of_long_form(CsvSource::from_bytes(path, csv)?, None);
         Ok(Self { path: path.to_owned(), files: vec![file] })
+    }
+
+    /// Takes the groups of the trajectories from the column `column`, whose labels are text or numbers.
+    ///
+    /// # Errors
+    /// A file has no such column.
+    pub fn with_groups(mut self, column: &str) -> Result<Self, DataError> {
+        for file in &mut self.files {
+            file.source.use_column_as(column, GROUP, GROUP_LAYOUT)?;
+        }
+        Ok(self)
     }
 
     /// Column names in the header; for a folder, those of its first file.

@@ -182,6 +182,22 @@ impl CsvSource {
         self.number(cell)?.ok_or_else(|| self.empty_cell(cell, NO_EMPTY_CELLS))
     }
 
+    /// Uses the column `name` as the column `role`; a column that has this name already loses it.
+    ///
+    /// # Errors
+    /// There is no column `name`; `layout` says what the file should contain.
+    pub(crate) fn use_column_as(
+        &mut self,
+        name: &str,
+        role: &str,
+        layout: &'static str,
+    ) -> Result<(), DataError> {
+        let cell = self.require(name, layout)?;
+        self.header.iter_mut().filter(|h| *h == role).for_each(|h| *h = format!("{role} (unused)"));
+        role.clone_into(&mut self.header[cell]);
+        Ok(())
+    }
+
     /// Text of a cell of the current row; it may be empty.
     pub(crate) fn text(&self, cell: usize) -> Result<&str, DataError> {
         std::str::from_utf8(&self.record[cell]).map_err(|_| DataError::NotUtf8 {

@@ -146,6 +146,11 @@ impl Addition {
         }
     }
 
+    /// Whether the addition gives a parameter or an effect one value per group of records.
+    pub fn has_values_by_group(&self) -> bool {
+        matches!(self, Addition::Split(_) | Addition::Effect(_, Per::Group))
+    }
+
     /// Whether the addition makes every simulation more expensive.
     pub fn is_costly(&self) -> bool {
         match self {

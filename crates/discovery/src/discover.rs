@@ -266,12 +266,12 @@ fn write_result(
             return set.clone();
         }
         let Scored { fit: on_search, .. } = set;
-        let fitted = fit(
-            &all_records.sample(),
-            &on_search.hypothesis,
-            &on_search.theta,
-            &nuisances_of_all(prepared, on_search),
-        );
+        let (sample, h, theta) = (all_records.sample(), &on_search.hypothesis, &on_search.theta);
+        let nuisances = match all_records.joined {
+            1 => nuisances_of_all(prepared, on_search),
+            _ => fit_nuisance(&sample, h, theta, &[]).nuisance,
+        };
+        let fitted = fit(&sample, h, theta, &nuisances);
         Scored::new(&all_records.sample(), &all_records.blocks, fitted)
     };
     let (base, best) = (searched.found.base(), &searched.found.sets[judged.best]);

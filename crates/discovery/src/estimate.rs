@@ -1,5 +1,6 @@
 //! Estimates of parameters, and their text with the digits that their intervals support.
 
+use crate::group_distribution::GroupDistribution;
 use augsim_data::{digits, estimate_digits};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -16,6 +17,9 @@ pub struct Estimate {
     /// Estimate for each group, by name; empty for a parameter with one value.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub groups: BTreeMap<String, Estimate>,
+    /// Distribution of the values over groups; `None` with one value or with fewer than five groups.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub distribution: Option<GroupDistribution>,
     /// Reason why the data do not determine the value, as text to follow it; `None` if they do. With a
     /// reason, `ci95` is the range of the model file and is not displayed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -58,8 +62,24 @@ impl Estimate {
             .groups
             .values()
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v.value), high.max(v.value)));
-        format!("{name} between {} and {}, one value per group", digits(low), digits(high))
+        let range = format!("{name} between {} and {}", three(low), three(high));
+        let Some(over_groups) = &self.distribution else { return format!("{range}, one value per group") };
+        let (count, mean, sd) = (self.groups.len(), three(over_groups.mean), three(over_groups.sd));
+        let [least, most] = over_groups.sd_ci95.map(three);
+        let outlying: Vec<String> = over_groups.outlying.iter().map(|name| format!("`{name}`")).collect();
+        let outlying = match &outlying[..] {
+            [] => String::new(),
+            [one] => format!("; {one} differs from all others"),
+            several => format!("; {} differ from the others", several.join(", ")),
+        };
+        format!("{range} in {count} groups, mean {mean}, standard deviation {sd} [{least}, {most}]{outlying}")
     }
+}
+
+/// Text of a number with three digits.
+fn three(value: f64) -> String {
+    let rounded = format!("{value:.2e}").parse().unwrap_or(value);
+    digits(rounded)
 }
 
 /// Displays value and interval: `0.00040 [0.00038, 0.00042]`.
@@ -83,9 +103,7 @@ mod tests {
         let e = |value: f64, half: f64| Estimate {
             value,
             ci95: [value - half, value + half],
-            unit: String::new(),
-            groups: BTreeMap::new(),
-            not_identified: None,
+            ..Estimate::default()
         };
         assert_eq!(e(4.042e-4, 2.1e-5).to_string(), "0.000404 [0.000383, 0.000425]");
         assert_eq!(e(1.3, 0.02).to_string(), "1.300 [1.280, 1.320]");

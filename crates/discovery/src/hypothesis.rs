@@ -1,6 +1,7 @@
 //! A hypothesis: the declared model with additions, and its free parameters.
 
 use crate::addition::Addition;
+use crate::group_distribution::spread_of_groups;
 use crate::linear::Square;
 use crate::record::Measured;
 use augsim_system::{
@@ -97,9 +98,11 @@ impl Hypothesis {
                 }
                 Addition::Effect(listed, per) => {
                     if let Some(range) = parameter_ranges.next() {
+                        let amplitudes = listed.effect.amplitude_count.unwrap_or(usize::MAX);
                         for (k, (index, p)) in range.zip(&listed.effect.parameters).enumerate() {
                             free.push(FreeParameter {
-                                per: *per,
+                                // Shape parameters are shared by all groups.
+                                per: if k < amplitudes { *per } else { Per::All },
                                 fit_range: fit_range(&listed.effect, k),
                                 null: p.null,
                                 addition: Some(number),
@@ -169,6 +172,18 @@ impl Hypothesis {
             Some(first) => first.start..ranges.last().map_or(first.end, |last| last.end),
             None => self.theta_len()..self.theta_len(),
         }
+    }
+
+    /// Entries of theta (the shared parameters) of the coefficients of addition number `addition`, each with its
+    /// null value. Shape parameters have no null value; tables have no effect where they are 0.
+    pub fn coefficients_of_addition(&self, addition: usize) -> Vec<(usize, f64)> {
+        let amplitudes = match &self.additions[addition] {
+            Addition::Effect(listed, _) => listed.effect.amplitude_count.unwrap_or(usize::MAX),
+            Addition::Table(_) => usize::MAX,
+            Addition::Scatter(_) | Addition::Split(_) => 0,
+        };
+        let of_addition = self.entries().filter(|(f, _)| f.addition == Some(addition)).take(amplitudes);
+        of_addition.flat_map(|(f, range)| range.map(|i| (i, f.null))).collect()
     }
 
     /// Range in theta (the shared parameters) of the free parameter with the system's index `index`; `None`
@@ -295,8 +310,11 @@ impl Hypothesis {
             let values = match f.per {
                 Per::All => Some(FittedValues::One(theta[next])),
                 Per::Group => {
-                    let by_group = data.groups.iter().cloned().zip(theta[next..].iter().copied());
-                    Some(FittedValues::ByGroup(by_group.collect()))
+                    let groups = next..next + data.groups.len();
+                    let by_group = data.groups.iter().cloned().zip(theta[groups.clone()].iter().copied());
+                    let estimates = groups.filter_map(|i| Some((theta[i], *ci95.get(i)?)));
+                    let sd = spread_of_groups(estimates);
+                    Some(FittedValues::ByGroup { values: by_group.collect(), sd })
                 }
                 Per::Trajectory => None,
             };

@@ -209,7 +209,7 @@ pub(crate) fn load_records(
     }
     let system = data.system.clone();
     let is_smooth = !data.is_idealised() && segments::split_smooth_segments(&mut data);
-    (data.records, data.recordings) = split_into_blocks(std::mem::take(&mut data.records));
+    (data.records, data.recordings) = split_into_blocks(std::mem::take(&mut data.records), data.groups.len());
     if data.is_idealised() {
         // Free runs of an idealised system drift whatever effects were added, so they are not compared.
         data.recordings.clear();

@@ -9,13 +9,14 @@ use crate::experiment::{confirming_experiment, next_experiment};
 use crate::finite::all_finite;
 use crate::fit::{Fit, fit_nuisance};
 use crate::forecast;
+use crate::group_distribution::GroupDistribution;
 use crate::hypothesis::Hypothesis;
 use crate::judge::{Lead as SearchResult, Shortcoming, record_name};
 use crate::residual_structure::anatomy;
 use crate::residuals::outlying_windows;
 use crate::result::*;
 use crate::score::Scored;
-use crate::search::without;
+use crate::search::{ALPHA, without};
 use crate::sentence::{order, sentence};
 use augsim_system::{Addition as Added, Augmentation, Per, ScatterPer};
 use std::collections::BTreeMap;
@@ -74,6 +75,8 @@ fn estimates(parts: &AnswerParts<'_>, set: &Scored, addition: Option<usize>) -> 
                     Estimate { value: fit.theta[i], ci95: ci[i], unit, ..Estimate::default() }
                 });
                 e.groups = names.cloned().zip(each).collect();
+                let found = e.groups.iter().map(|(name, e)| (name.clone(), e.value, e.ci95));
+                e.distribution = GroupDistribution::of_estimates(&found.collect::<Vec<_>>(), ALPHA);
             } else if fills_bounds[next] {
                 e.set_not_identified(&inseparable(set, &fills_bounds, next, &axis));
             }
@@ -211,6 +214,7 @@ fn effects(parts: &AnswerParts<'_>, error: &ErrorTable) -> Vec<FoundEffect> {
             removed: removed.and_then(|list| list.first().copied()).filter(|x| x.is_finite()),
             per: match a {
                 Addition::Scatter(s) => Some(s.draw_unit.clone()),
+                Addition::Effect(_, Per::Group) => Some("group".to_owned()),
                 _ => None,
             },
         });
@@ -322,7 +326,7 @@ impl AnswerParts<'_> {
     fn tests(&self) -> Tests {
         let tests = &self.judged.residual_tests;
         let schema = self.prepared.data.system.schema();
-        let differs = tests.records < crate::search::ALPHA;
+        let differs = tests.records < ALPHA;
         let outlying = tests.outlying.filter(|_| differs).and_then(|n| record_name(self.search, n));
         Tests {
             memory: MemoryFound {

@@ -214,5 +214,6 @@ fn calibration(
         stages,
         stopped,
         gauges,
+        groups: Vec::new(),
     }
 }

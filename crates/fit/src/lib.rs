@@ -8,6 +8,7 @@ mod linearise;
 mod minima;
 mod normal;
 mod outcome;
+mod per_group;
 mod smooth;
 mod starts;
 mod steps;
@@ -15,6 +16,7 @@ mod variances;
 mod windows;
 
 pub use growth::calibrate;
-pub use outcome::{Calibration, CalibrationError, Gauge, Stage};
+pub use outcome::{Calibration, CalibrationError, Gauge, GroupCalibration, Stage};
+pub use per_group::PerGroup;
 pub use smooth::{Cause, Smoothed, smooth};
 pub use starts::{InitialStateEstimate, estimate_initial_state};

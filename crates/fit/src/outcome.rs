@@ -55,6 +55,19 @@ pub struct Calibration {
     pub stopped: Option<&'static str>,
     /// Groups of parameters of which the data determine only combinations (gauges).
     pub gauges: Vec<Gauge>,
+    /// Values of the parameters that have one value per group of records; their entry in `values` is the mean.
+    pub groups: Vec<GroupCalibration>,
+}
+
+/// Calibrated values of a parameter with one value per group of records.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GroupCalibration {
+    /// Index of the parameter.
+    pub parameter: usize,
+    /// Value of the parameter for each group.
+    pub values: Vec<f64>,
+    /// Standard error of each value; `None` for a frozen value and for a group without records.
+    pub standard_errors: Vec<Option<f64>>,
 }
 
 impl Calibration {

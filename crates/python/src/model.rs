@@ -104,7 +104,7 @@ impl Model {
         let result = background::run(py, None, move |_| {
             at_work.run(None, || {
                 let subject = &at_work.subject;
-                let (fitted, answer) = calibrate(subject, &file, &data, accept, None, &mut |_, _| {})?;
+                let (fitted, answer) = calibrate(subject, &file, &data, accept, false, None, &mut |_, _| {})?;
                 Ok((fitted, serde_json::to_string_pretty(&answer)?))
             })
         });

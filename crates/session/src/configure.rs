@@ -1,6 +1,5 @@
 //! The configuration of a training run on measured data.
 
-use crate::provenance::fingerprint_of_bytes;
 use crate::residual;
 use crate::run_data::published_predictor;
 use crate::run_dir::{Config, DataSource};
@@ -97,13 +96,11 @@ pub fn configure(wanted: &TrainingRequest, data: &DataFrom) -> anyhow::Result<(C
         Some(corrected) => corrected.engine(data, wanted.recipe)?,
         None => (published_predictor(), Vec::new()),
     };
-    let source = match data {
+    let source = match data.ungrouped() {
         DataFrom::File(path) | DataFrom::FileWithTime { path, .. } => DataSource::File(path.clone()),
         // A training reads one file or folder, with which it can be resumed.
         DataFrom::Files { paths, .. } => DataSource::File(paths.first().cloned().unwrap_or_default()),
-        DataFrom::Table { name, csv } => {
-            DataSource::Table { name: name.clone(), content: fingerprint_of_bytes(csv) }
-        }
+        other => DataSource::Table { name: other.to_string(), content: other.fingerprint() },
     };
     let settings = Settings::new(wanted.recipe, wanted.iterations, wanted.seed, engine);
     let config = Config {

@@ -2,7 +2,8 @@
 
 use crate::provenance::{fingerprint, fingerprint_of_bytes};
 use augsim_data::{
-    DataError, Dataset, MissingCells, NamedCsv, RecognitionOptions, read_csv_bytes, read_dataset, recognise,
+    DataError, Dataset, MissingCells, NamedCsv, RecognitionOptions, Trajectory, digits, read_csv_bytes,
+    read_dataset, recognise,
 };
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -26,6 +27,13 @@ pub enum DataFrom {
         paths: Vec<PathBuf>,
         /// Name of the time column, with its unit after a colon; `None` if the user names none.
         time: Option<String>,
+    },
+    /// Data whose groups of trajectories are in a column that the user names.
+    Grouped {
+        /// The data.
+        data: Box<DataFrom>,
+        /// Name of the column that holds the group of each trajectory.
+        column: String,
     },
     /// A table in memory, stored as CSV so that it is read by the same code as files.
     Table {
@@ -63,6 +71,7 @@ impl fmt::Display for DataFrom {
                 let names: Vec<String> = paths.iter().map(|p| p.display().to_string()).collect();
                 f.write_str(&names.join(", "))
             }
+            DataFrom::Grouped { data, .. } => data.fmt(f),
             DataFrom::Table { name, .. } => f.write_str(name),
         }
     }
@@ -85,10 +94,27 @@ impl DataFrom {
         }
     }
 
+    /// The same data, with the groups of the trajectories in this column if the user names one.
+    pub fn with_groups(self, column: Option<&str>) -> Self {
+        match column {
+            Some(column) => DataFrom::Grouped { data: Box::new(self), column: column.to_owned() },
+            None => self,
+        }
+    }
+
+    /// The data as they are in the file, whatever column holds their groups.
+    pub fn ungrouped(&self) -> &DataFrom {
+        match self {
+            DataFrom::Grouped { data, .. } => data.ungrouped(),
+            other => other,
+        }
+    }
+
     /// Path of the file or folder; `None` for several files and for a table in memory.
     pub fn path(&self) -> Option<&Path> {
         match self {
             DataFrom::File(path) | DataFrom::FileWithTime { path, .. } => Some(path),
+            DataFrom::Grouped { data, .. } => data.path(),
             DataFrom::Files { .. } | DataFrom::Table { .. } => None,
         }
     }
@@ -109,6 +135,17 @@ impl DataFrom {
                 let reading = RecognitionOptions { time: time.clone(), ..RecognitionOptions::default() };
                 recognise(paths, &reading, missing).map(|recognised| recognised.data)
             }
+            DataFrom::Grouped { data, column } => {
+                let read = data.read(missing)?;
+                let index = read.column_index(column)?;
+                let label = |t: &Trajectory| {
+                    let label = t.column(index).first().map_or_else(String::new, |v| digits(*v));
+                    t.clone().with_group(label)
+                };
+                let labelled: Result<Vec<Trajectory>, DataError> =
+                    read.trajectories().iter().map(label).collect();
+                read.with_trajectories(labelled?)
+            }
             DataFrom::Table { name, csv } => read_csv_bytes(name, csv.to_vec(), missing),
         }
     }
@@ -122,6 +159,7 @@ impl DataFrom {
             DataFrom::File(path) => NamedCsv::open(path),
             DataFrom::FileWithTime { path, time } => NamedCsv::open_with_time(path, Some(time)),
             DataFrom::Files { paths, time } => NamedCsv::open_files(paths, time.as_deref()),
+            DataFrom::Grouped { data, column } => data.named()?.with_groups(column),
             DataFrom::Table { name, csv } => NamedCsv::from_csv(name, csv.to_vec()),
         }
     }
@@ -133,6 +171,7 @@ impl DataFrom {
             DataFrom::Files { paths, .. } => {
                 paths.iter().map(|path| fingerprint(path)).collect::<Vec<_>>().join(", ")
             }
+            DataFrom::Grouped { data, .. } => data.fingerprint(),
             DataFrom::Table { csv, .. } => fingerprint_of_bytes(csv),
         }
     }

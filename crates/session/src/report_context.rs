@@ -35,7 +35,7 @@ impl ReportContext {
     ) -> Self {
         let source_of = |path: &Path| DataSource { path: display_path(path, out), hash: fingerprint(path) };
         let mut sources: Vec<DataSource> = model.map(source_of).into_iter().collect();
-        let (name, reproduce) = match data {
+        let (name, reproduce) = match data.ungrouped() {
             DataFrom::File(path) | DataFrom::FileWithTime { path, .. } => {
                 sources.push(source_of(path));
                 (
@@ -51,7 +51,8 @@ impl ReportContext {
                 let repeat = |model| command(model, data, paths, wanted, out);
                 (format!("{name} and {} more", paths.len() - 1), model.map_or_else(String::new, repeat))
             }
-            DataFrom::Table { name, .. } => {
+            DataFrom::Grouped { .. } | DataFrom::Table { .. } => {
+                let name = &data.to_string();
                 sources.push(DataSource { path: name.clone(), hash: data.fingerprint() });
                 (name.clone(), String::new())
             }
@@ -75,8 +76,11 @@ fn command(model: &Path, from: &DataFrom, data: &[PathBuf], wanted: &DiscoverReq
     let mut words = vec!["augsim".to_owned(), "discover".to_owned()];
     let paths = [model].into_iter().chain(data.iter().map(PathBuf::as_path));
     words.extend(paths.map(|path| display_path(path, out)));
-    if let DataFrom::FileWithTime { time, .. } | DataFrom::Files { time: Some(time), .. } = from {
+    if let DataFrom::FileWithTime { time, .. } | DataFrom::Files { time: Some(time), .. } = from.ungrouped() {
         words.extend(["--time".to_owned(), time.clone()]);
+    }
+    if let DataFrom::Grouped { column, .. } = from {
+        words.extend(["--group-by".to_owned(), column.clone()]);
     }
     words.extend(["--null-runs".to_owned(), options.null_runs.to_string()]);
     if !options.library {

@@ -24,8 +24,13 @@ pub struct Fitted {
 pub enum FittedValues {
     /// One value of the parameter for the records of all groups.
     One(f64),
-    /// Name of each group, and the value of the parameter for it.
-    ByGroup(Vec<(String, f64)>),
+    /// One value of the parameter for the records of each group.
+    ByGroup {
+        /// Name of each group, and the value of the parameter for it.
+        values: Vec<(String, f64)>,
+        /// Standard deviation of the values over groups, in the unit of the parameter; `None` if it is not known.
+        sd: Option<f64>,
+    },
 }
 
 /// A library effect, table or random effect that a fit added to the declared model.

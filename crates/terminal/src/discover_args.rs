@@ -58,7 +58,7 @@ pub struct EffectNames {
     pub exclude: Vec<String>,
 }
 
-/// The time column of a file, where the reader does not find it or its unit.
+/// The columns of time and of groups in a file, where the reader does not find them.
 #[derive(Debug, Clone, Default, ClapArgs)]
 pub struct TimeColumn {
     /// Time column of the data, with its unit after a colon: `clock:ms`, `t:h`, `Year:years`. By default a
@@ -66,17 +66,21 @@ pub struct TimeColumn {
     /// its numbers show.
     #[arg(long, value_name = "COLUMN[:UNIT]")]
     pub time: Option<String>,
+    /// Column that holds the group of each trajectory, such as the unit that was recorded. By default the
+    /// column `group`, if there is one.
+    #[arg(long, value_name = "COLUMN")]
+    pub group_by: Option<String>,
 }
 
 impl TimeColumn {
-    /// Returns the data in the file or folder `path`, read with this time column.
+    /// Returns the data in the file or folder `path`, read with these columns.
     pub fn of(&self, path: &Path) -> DataFrom {
-        DataFrom::with_time(path, self.time.as_deref())
+        DataFrom::with_time(path, self.time.as_deref()).with_groups(self.group_by.as_deref())
     }
 
-    /// Returns the data in several files or folders, read with this time column.
+    /// Returns the data in several files or folders, read with these columns.
     pub fn of_all(&self, paths: &[PathBuf]) -> DataFrom {
-        DataFrom::of_paths(paths, self.time.as_deref())
+        DataFrom::of_paths(paths, self.time.as_deref()).with_groups(self.group_by.as_deref())
     }
 }
 

@@ -2,7 +2,7 @@
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a tool for the terminal")]
 
 use augsim_tests::battery::{Battery, Row, Summary, run, run_with_gaps};
-use augsim_tests::{measured_pushes, push_battery, sealed_memory, sealed_systems, traps};
+use augsim_tests::{fleets, measured_pushes, push_battery, sealed_memory, sealed_systems, traps};
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -93,6 +93,12 @@ enum Kind {
     SystemsInside(SystemOptions),
     /// Systems with an effect outside library and grammar
     SystemsOutside(SystemOptions),
+    /// Fleets of equal units; the binary `augsim` must be in the same folder as this one
+    FleetsEqual(Seeds),
+    /// Fleets in which one or two parameters differ from unit to unit
+    FleetsIndividual(Seeds),
+    /// Fleets in which a parameter differs and the model lacks an effect that all units share
+    FleetsEffect(Seeds),
     /// Systems with unusual noise, logging faults or unmodelled defects
     ///
     /// Set I takes plant I mod 3 and kind I / 3, so that 165 sets are all kinds and 120 the first 40. The
@@ -165,6 +171,16 @@ fn run_memory(has_memory: bool, Seeds { first, count }: Seeds) -> std::io::Resul
     std::fs::remove_dir_all(folder)
 }
 
+/// Runs `augsim` on generated fleets; prints scores and counts.
+fn run_fleets(kind: fleets::Kind, Seeds { first, count }: Seeds) -> std::io::Result<()> {
+    let (augsim, folder) = binary_and_folder()?;
+    let summary = fleets::run(kind, (first, count), &augsim, &folder, &mut |row| {
+        println!("{} {}", if row.is_right { " " } else { "!" }, row.line)
+    })?;
+    println!("{summary}");
+    std::fs::remove_dir_all(folder)
+}
+
 fn main() -> ExitCode {
     let exit_code = |outcome: std::io::Result<()>| match outcome {
         Ok(()) => ExitCode::SUCCESS,
@@ -192,6 +208,9 @@ fn main() -> ExitCode {
         Kind::SystemsPair(options) => return run_systems(sealed_systems::Kind::Pair, options),
         Kind::SystemsInside(options) => return run_systems(sealed_systems::Kind::Inside, options),
         Kind::SystemsOutside(options) => return run_systems(sealed_systems::Kind::Outside, options),
+        Kind::FleetsEqual(seeds) => return exit_code(run_fleets(fleets::Kind::Equal, seeds)),
+        Kind::FleetsIndividual(seeds) => return exit_code(run_fleets(fleets::Kind::Individual, seeds)),
+        Kind::FleetsEffect(seeds) => return exit_code(run_fleets(fleets::Kind::Effect, seeds)),
         Kind::Traps(seeds) => return exit_code(run_traps(seeds)),
         Kind::Memory(seeds) => return exit_code(run_memory(true, seeds)),
         Kind::MemoryNull(seeds) => return exit_code(run_memory(false, seeds)),

@@ -12,6 +12,7 @@ mod throws_as_files;
 mod common;
 
 // Tensors, gradients and nets against independent values.
+mod fleets;
 mod golden_pytorch;
 mod gradient_operations;
 mod sampler;

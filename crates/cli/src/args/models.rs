@@ -132,6 +132,10 @@ pub struct Fit {
     /// Data checks to ignore because the user knows that the data are right.
     #[command(flatten)]
     pub accept: Accept,
+    /// Fit a new unit of a fleet: only parameters with `per = "group"` are fitted, with their distribution
+    /// over groups as prior; all others keep their values. The data are runs of that unit.
+    #[arg(long)]
+    pub new_unit: bool,
     /// Output folder for the calibrated `model.toml` and `result.json`.
     #[arg(long, default_value = "out/fit")]
     pub out: PathBuf,

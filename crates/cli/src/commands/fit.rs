@@ -45,6 +45,7 @@ pub fn run(args: &Fit, force: bool, output: &Output) -> anyhow::Result<Outcome> 
     if let Subject::Equations(model) = &subject {
         note_reading(&data, model, output)?;
     }
+    let is_new_unit = args.new_unit;
     let steps = Steps::new(output);
     steps.show_step("fitting the parameters".to_owned());
     let work = move |reports: &Sender<Report<(), (Model, FitResult)>>| {
@@ -53,7 +54,15 @@ pub fn run(args: &Fit, force: bool, output: &Output) -> anyhow::Result<Outcome> 
             let _ = reports.send(Report::Progress(()));
             let _ = reports.send(Report::Interim((model, answer)));
         };
-        calibrate(&subject, &file, &data, accepted, limit.map(|limit| limit.search), &mut interim)
+        calibrate(
+            &subject,
+            &file,
+            &data,
+            accepted,
+            is_new_unit,
+            limit.map(|limit| limit.search),
+            &mut interim,
+        )
     };
     let mut show = |()| steps.show_step("estimating the noise".to_owned());
     let Watched { result, stop } = run_watched(limit.map(|limit| limit.end), &mut show, work)?;
@@ -88,10 +97,17 @@ fn fit_text(answer: &FitResult) -> String {
         let interval = match (p.ci95, p.bound) {
             (_, Some(bound)) => format!("at its {bound} bound"),
             (Some(_), _) => format!("95 %: {low} to {high}"),
+            (None, _) if !p.groups.is_empty() => "mean over the groups".to_owned(),
             (None, _) => "no interval".to_owned(),
         };
         let declared = digits(p.declared);
         let _ = writeln!(text, "  {:<24} {value}{unit} (declared {declared}{unit}; {interval})", p.name);
+        for (group, found) in &p.groups {
+            let [value, low, high] = estimate_digits(found.value, found.ci95.unwrap_or([f64::NAN; 2]));
+            let interval =
+                found.ci95.map_or_else(|| "no interval".to_owned(), |_| format!("95 %: {low} to {high}"));
+            let _ = writeln!(text, "    {group:<22} {value}{unit} ({interval})");
+        }
     }
     let stage = answer.windows.last();
     for row in &answer.rows {

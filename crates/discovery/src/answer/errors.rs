@@ -145,8 +145,8 @@ fn means(parts: &[Option<Sums>]) -> Option<[f64; 2]> {
     Some([0, 1].map(|model| mean_error(&summed(parts.iter().map(|part| part[model].clone()).collect()))))
 }
 
-/// Nuisances (initial states, record parameters, event offsets) of all records; those of the searched ones
-/// are in `set`.
+/// Nuisances (initial states, record parameters, event offsets) of all records in the shortest windows; those of
+/// the searched ones are in `set`.
 pub(crate) fn nuisances_of_all(prepared: &Prepared, set: &Fit) -> Vec<Vec<f64>> {
     let held_out = prepared.sample(&prepared.held_out);
     let held = fit_nuisance(&held_out, &set.hypothesis, &set.theta, &[]);

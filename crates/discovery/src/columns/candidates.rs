@@ -3,11 +3,8 @@
 use crate::addition::Addition;
 use crate::hypothesis::Hypothesis;
 use crate::record::Measured;
+use crate::score::{Blocks, are_comparable};
 use augsim_system::{Event, Per};
-
-/// Maximum number of groups for which an effect is tried with one value per group. More would describe the
-/// data, not explain them.
-const MAX_GROUPS: usize = 20;
 
 /// Source of the candidate effects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,9 +18,12 @@ pub(crate) enum Family {
 /// Candidates of a family that the data can support. Each effect is tried, with several groups also with one
 /// value per group, and, unless the user allows named effects only, groupwise values of declared parameters.
 /// Random effects are added by the search itself.
-pub(crate) fn library_candidates(data: &Measured, family: Family) -> Vec<Addition> {
+///
+/// `blocks` are the blocks of the data: whole recordings predict a group only from other recordings of it.
+pub(crate) fn library_candidates(data: &Measured, blocks: &Blocks, family: Family) -> Vec<Addition> {
     let (system, records) = (&*data.system, data.system_records());
-    let grouped = (2..=MAX_GROUPS).contains(&data.groups.len()) && data.groups.len() < data.records.len();
+    let has_other_data = blocks.are_adjacent || data.groups.len() < data.records.len();
+    let grouped = are_comparable(data.groups.len()) && has_other_data;
     let mut out = Vec::new();
     let is_of_family =
         |i: &usize| system.library()[*i].formula_domain.is_some() == (family == Family::Grammar);

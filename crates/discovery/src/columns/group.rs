@@ -64,11 +64,12 @@ impl ColumnGroup {
     pub fn start(&self, coefficients: &[f64]) -> Vec<f64> {
         let Addition::Effect(listed, _) = &self.addition else { return coefficients.to_vec() };
         // Coefficients are offsets from the nulls, one for each group with groupwise values; shape
-        // parameters keep their grid values.
+        // parameters keep their grid values, one for all groups.
         let amounts = listed.effect.amplitude_count.unwrap_or(usize::MAX).min(self.point.len()).max(1);
         let groups = coefficients.len() / amounts;
         let estimate = || -> Vec<f64> {
-            let nulls = self.point.iter().flat_map(|v| std::iter::repeat_n(*v, groups));
+            let width = |k: usize| if k < amounts { groups } else { 1 };
+            let nulls = self.point.iter().enumerate().flat_map(|(k, v)| std::iter::repeat_n(*v, width(k)));
             let moved = coefficients.iter().copied().chain(std::iter::repeat(0.0));
             nulls.zip(moved).map(|(v, c)| v + c).collect()
         };

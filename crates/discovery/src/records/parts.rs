@@ -4,11 +4,15 @@
 //! cross-validation, Burman, Chow and Nolan 1994), each of which is predicted from its own first samples.
 
 use crate::record::{Measured, Record, Recording};
+use crate::score::are_comparable;
 use augsim_system::{Record as SystemRecord, Window};
 use std::ops::Range;
 
 /// Number of records from which on they are kept whole instead of being divided into blocks.
 const MIN_WHOLE_RECORDS: usize = 8;
+/// Number of records of a group from which on they are kept whole. A fold of the data then leaves three quarters of
+/// every group.
+pub(crate) const MIN_WHOLE_RECORDS_PER_GROUP: usize = 4;
 /// Total number of blocks into which a few records are divided.
 const TOTAL_BLOCKS: usize = 20;
 /// Number of samples above which a recording is treated as several. Longer free runs add cost, not
@@ -18,13 +22,19 @@ const MAX_RUN_SAMPLES: usize = 10_000;
 const KNOWN_SAMPLES: (usize, usize) = (20, 50);
 
 /// Divides few records into blocks of windows, and keeps many records whole. Also returns the recordings that
-/// are fitted in several windows, with the indices of their parts.
-pub(crate) fn split_into_blocks(records: Vec<Record>) -> (Vec<Record>, Vec<Recording>) {
+/// are fitted in several windows, with the indices of their parts. `groups` is the number of groups to which the
+/// records belong.
+pub(crate) fn split_into_blocks(records: Vec<Record>, groups: usize) -> (Vec<Record>, Vec<Recording>) {
     let windows: usize = records.iter().map(|r| r.data.windows.len()).sum();
     if windows < 2 * records.len().max(1) {
         return (records, Vec::new());
     }
-    if records.len() >= MIN_WHOLE_RECORDS {
+    let of_group = |g: usize| records.iter().filter(move |r| r.data.group == g).count();
+    let is_grouped = are_comparable(groups);
+    let are_enough = !is_grouped || (0..groups).all(|g| of_group(g) >= MIN_WHOLE_RECORDS_PER_GROUP);
+    let total_blocks =
+        if is_grouped { TOTAL_BLOCKS.max(MIN_WHOLE_RECORDS_PER_GROUP * groups) } else { TOTAL_BLOCKS };
+    if records.len() >= MIN_WHOLE_RECORDS && are_enough {
         let whole = |(j, r): (usize, &Record)| Recording { whole: r.clone(), parts: vec![(j, 0)] };
         let recordings = records.iter().enumerate().map(whole).collect();
         return (records, recordings);
@@ -32,7 +42,7 @@ pub(crate) fn split_into_blocks(records: Vec<Record>) -> (Vec<Record>, Vec<Recor
     let (mut out, mut recordings) = (Vec::new(), Vec::new());
     for record in &records {
         let window_count = record.data.windows.len();
-        let blocks = ((TOTAL_BLOCKS * window_count) as f64 / windows as f64)
+        let blocks = ((total_blocks * window_count) as f64 / windows as f64)
             .round()
             .clamp(1.0, window_count as f64) as usize;
         let first = |block: usize| block * window_count / blocks;
@@ -139,7 +149,7 @@ mod tests {
 
     #[test]
     fn every_window_is_in_one_block_with_its_samples() {
-        let (blocks, recordings) = split_into_blocks(vec![long(1000, 10)]);
+        let (blocks, recordings) = split_into_blocks(vec![long(1000, 10)], 1);
         assert_eq!(blocks.len(), 20);
         assert_eq!(recordings.len(), 1);
         for (block, first) in &recordings[0].parts {
@@ -160,20 +170,34 @@ mod tests {
 
     #[test]
     fn many_records_and_single_windows_stay_whole() {
-        let (records, recordings) = split_into_blocks(vec![long(100, 10); 8]);
+        let (records, recordings) = split_into_blocks(vec![long(100, 10); 8], 1);
         assert_eq!((records.len(), recordings.len()), (8, 8));
-        let (records, recordings) = split_into_blocks(vec![long(100, 100)]);
+        let (records, recordings) = split_into_blocks(vec![long(100, 100)], 1);
         assert_eq!((records.len(), recordings.len()), (1, 0));
     }
+
+    #[test]
+    fn every_group_with_few_records_has_four_blocks() {
+        let records: Vec<Record> = (0..10)
+            .map(|group| {
+                let mut record = long(100, 10);
+                record.data.group = group;
+                record
+            })
+            .collect();
+        assert_eq!(split_into_blocks(records.clone(), 10).0.len(), 40);
+        assert_eq!(split_into_blocks(records, 1).0.len(), 10, "without groups they stay whole");
+    }
+
     #[test]
     fn few_records_share_twenty_blocks() {
-        let (blocks, recordings) = split_into_blocks(vec![long(100, 10); 6]);
+        let (blocks, recordings) = split_into_blocks(vec![long(100, 10); 6], 1);
         assert_eq!((blocks.len(), recordings.len()), (18, 6));
     }
 
     #[test]
     fn a_recording_of_more_than_ten_thousand_samples_is_several() {
-        let recordings = |samples: usize| split_into_blocks(vec![long(samples, 400)]).1.len();
+        let recordings = |samples: usize| split_into_blocks(vec![long(samples, 400)], 1).1.len();
         assert_eq!([8_000, 12_000].map(recordings), [1, 2]);
     }
 }

@@ -9,7 +9,7 @@ mod jackknife;
 mod rows;
 mod scored;
 
-pub(crate) use blocks::{BLOCKS, Blocks};
+pub(crate) use blocks::{BLOCKS, Blocks, are_comparable};
 pub(crate) use clusters::Clusters;
 pub(crate) use evidence::Evidence;
 pub(crate) use jackknife::{distance, freedom, lag_weight, step_without_block};

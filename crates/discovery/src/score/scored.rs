@@ -10,7 +10,7 @@ use crate::interval::{Intervals, MIN_FREEDOM};
 use crate::linear::Square;
 use crate::record::ChosenRecords;
 use crate::statistics::{hotelling_tail, median};
-use augsim_system::{Effect, NORMAL_95};
+use augsim_system::{NORMAL_95, Per};
 use std::cell::LazyCell;
 
 /// Probability that a 95 % interval does not contain the true value.
@@ -56,8 +56,8 @@ impl Scored {
     /// p-value of each addition of the set.
     ///
     /// It is that of its coefficients, by their leave-one-out scatter (Hotelling's T squared), or that of its
-    /// gain over blocks for additions without coefficients and for tables, which have more knots than blocks
-    /// can resolve. Coefficients whose 95 % intervals all contain their null values are not significant: an
+    /// gain over blocks for additions without coefficients, and for tables and values by group, which have more
+    /// values than blocks can resolve. Coefficients whose 95 % intervals all contain their null values are not significant: an
     /// effect is never named with an interval that contradicts it. `without` returns the block information of the set without the addition of that number.
     pub fn p_values<'s>(&self, without: &dyn Fn(usize) -> Option<&'s Evidence>) -> Vec<f64> {
         // Most coefficients are not significant anyway, and need no intervals.
@@ -80,7 +80,9 @@ impl Scored {
                     }
                 }
                 None => without(number).map_or(1.0, |less| match &self.additions()[number] {
-                    Addition::Scatter(_) => self.evidence.p_value_bound(less),
+                    // A few groups that differ, or a few records, gain nearly everything, which Student's t test
+                    // over blocks would take for chance.
+                    addition if is_bounded_by_gain(addition) => self.evidence.p_value_bound(less),
                     _ => self.evidence.p_value_of_gain(less),
                 }),
             })
@@ -209,10 +211,10 @@ impl Scored {
         self.additions()[number].listed().is_some_and(|effect| effect.has_states)
     }
 
-    /// Whether addition number `number` is judged by its gain over blocks. Its penalty then already accounts
-    /// for the number of candidates.
+    /// Whether addition number `number` is judged by Student's t test of its gain over blocks. Its penalty then
+    /// already accounts for the number of candidates.
     pub fn is_judged_by_gain(&self, number: usize) -> bool {
-        self.coefficients(number).is_none() && !matches!(self.additions()[number], Addition::Scatter(_))
+        self.coefficients(number).is_none() && !is_bounded_by_gain(&self.additions()[number])
     }
 
     /// The [`coefficients`](Self::coefficients) of an addition that are not at a bound; `None` if all are, so that only its
@@ -228,26 +230,17 @@ impl Scored {
     /// null values. `None` for additions that are judged by their gain.
     fn coefficients(&self, number: usize) -> Option<(Vec<usize>, Vec<f64>)> {
         let h = &self.fit.hypothesis;
-        let range = h.entries_of_addition(number);
-        match &h.additions[number] {
-            Addition::Scatter(_) | Addition::Table(_) | Addition::Split(_) => None,
-            Addition::Effect(listed, _) => {
-                let amounts = coefficients_of(&listed.effect, range.clone());
-                let is_structural = range.is_empty() || !listed.effect.first_simulated_at.is_empty();
-                (!is_structural && !amounts.is_empty())
-                    .then(|| amounts.into_iter().map(|(i, null)| (i, self.fit.theta[i] - null)).unzip())
-            }
-        }
+        let Addition::Effect(listed, Per::All) = &h.additions[number] else { return None };
+        let amounts = h.coefficients_of_addition(number);
+        let is_structural = !listed.effect.first_simulated_at.is_empty();
+        (!is_structural && !amounts.is_empty())
+            .then(|| amounts.into_iter().map(|(i, null)| (i, self.fit.theta[i] - null)).unzip())
     }
 }
 
-/// Entries of theta (the shared parameters) of the coefficients of an effect with entries `range`, and their
-/// null values. Shape parameters have no null value.
-fn coefficients_of(effect: &Effect, range: std::ops::Range<usize>) -> Vec<(usize, f64)> {
-    let width = range.len() / effect.parameters.len().max(1);
-    let amounts = effect.amplitude_count.unwrap_or(usize::MAX).saturating_mul(width);
-    let nulls = effect.parameters.iter().flat_map(|p| std::iter::repeat_n(p.null, width));
-    range.zip(nulls).take(amounts).collect()
+/// Whether an addition is judged by the bound of Markov's inequality on its gain: values by group, and random effects.
+fn is_bounded_by_gain(addition: &Addition) -> bool {
+    matches!(addition, Addition::Scatter(_)) || addition.has_values_by_group()
 }
 
 /// Distance of each entry of theta (the shared parameters) from its null value; 0 for entries without null
@@ -255,14 +248,8 @@ fn coefficients_of(effect: &Effect, range: std::ops::Range<usize>) -> Vec<(usize
 pub(crate) fn distances_from_nulls(fit: &Fit) -> Vec<f64> {
     let h = &fit.hypothesis;
     let mut off = vec![0.0; fit.theta.len()];
-    for (number, addition) in h.additions.iter().enumerate() {
-        let amounts = match addition {
-            Addition::Effect(listed, _) => coefficients_of(&listed.effect, h.entries_of_addition(number)),
-            Addition::Table(_) => h.entries_of_addition(number).map(|i| (i, 0.0)).collect(),
-            Addition::Scatter(_) | Addition::Split(_) => Vec::new(),
-        };
-        amounts.into_iter().for_each(|(i, null)| off[i] = fit.theta[i] - null);
-    }
+    let coefficients = (0..h.additions.len()).flat_map(|number| h.coefficients_of_addition(number));
+    coefficients.for_each(|(i, null)| off[i] = fit.theta[i] - null);
     off
 }
 

@@ -54,7 +54,7 @@ impl<'a> Search<'a> {
     pub fn new(view: &'a View, families: &[Family], clock: &Clock) -> Self {
         let data = view.sample().data;
         let library: Vec<Addition> =
-            families.iter().flat_map(|family| library_candidates(data, *family)).collect();
+            families.iter().flat_map(|family| library_candidates(data, &view.blocks, *family)).collect();
         let candidates = library.len() as f64 + 2.0;
         Self { view, library, candidates, clock: clock.clone() }
     }
@@ -112,7 +112,8 @@ impl<'a> Search<'a> {
         let system = self.system();
         let mut best = found;
         for (addition, start) in starts {
-            let Addition::Effect(listed, _) = addition else { continue };
+            // With values by group the shape was fitted before, with one value.
+            let Addition::Effect(listed, Per::All) = addition else { continue };
             let Some(number) = best.hypothesis.additions.iter().position(|a| a == addition) else { continue };
             let entries = best.hypothesis.entries_of_addition(number);
             let amplitudes = listed.effect.amplitude_count.unwrap_or(entries.len());

@@ -75,11 +75,15 @@ pub(crate) fn select_for(problem: &LinearProblem, blocks: Vec<BlockSums>, penalt
     Selected { chosen, blocks }
 }
 
-/// Whether every group of a selected set is significant at the level of its addition.
+/// Whether every group of a selected set is significant at the level of its addition. Values by group count as
+/// significant: they have too many coefficients for their scatter over blocks, and their gain exceeds its penalty.
 pub(crate) fn is_significant(problem: &LinearProblem, set: &Selected, search: &Search<'_>) -> bool {
     let groups = &set.chosen.groups;
-    let level = |g: &usize| search.level(&problem.groups[*g].addition);
-    p_values(problem, &set.blocks, groups).iter().zip(groups).all(|(p, g)| *p <= level(g))
+    let is_significant = |(p, g): (&f64, &usize)| {
+        let addition = &problem.groups[*g].addition;
+        addition.has_values_by_group() || *p <= search.level(addition)
+    };
+    p_values(problem, &set.blocks, groups).iter().zip(groups).all(is_significant)
 }
 
 /// p-value of the coefficients of each group of a set, by their leave-one-out scatter over blocks.
@@ -105,7 +109,8 @@ pub(crate) fn p_values(problem: &LinearProblem, blocks: &[BlockSums], groups: &[
     p_values.collect()
 }
 
-/// p-value of each group that is compatible with a set, when it is added to the set.
+/// p-value of each group that is compatible with a set, when it is added to the set. Values by group have none: the
+/// test of the differences between records is made for them.
 pub(crate) fn p_values_given(problem: &LinearProblem, set: &[usize]) -> Vec<f64> {
     p_values_beside(problem, set, &|_| true).into_iter().map(|(_, p)| p).collect()
 }
@@ -120,7 +125,9 @@ pub(crate) fn p_values_beside(
         let with = [set, &[g]].concat();
         (g, p_values_of(problem, &with).pop().unwrap_or(1.0))
     };
-    let tested: Vec<usize> = problem.compatible_groups(set).into_iter().filter(|g| is_tested(*g)).collect();
+    let has_one_value = |g: &usize| !problem.groups[*g].addition.has_values_by_group();
+    let groups = problem.compatible_groups(set).into_iter();
+    let tested: Vec<usize> = groups.filter(|g| is_tested(*g)).filter(has_one_value).collect();
     tested.into_par_iter().map(p_value).collect()
 }
 

@@ -2,7 +2,7 @@
 
 use super::EquationSystem;
 use crate::error::ModelError;
-use crate::model::{Covariance, Model, Parameter};
+use crate::model::{Covariance, GroupValues, Model, Parameter};
 use augsim_data::Unit;
 use augsim_data::checks::ExpectedData;
 use augsim_system::{
@@ -131,7 +131,11 @@ fn set_fitted(p: &mut Parameter, fitted: &Fitted) {
             p.ci95 = fitted.ci95;
             *value
         }
-        FittedValues::ByGroup(groups) => groups.iter().map(|(_, v)| v).sum::<f64>() / groups.len() as f64,
+        FittedValues::ByGroup { values: groups, sd } => {
+            p.ci95 = None;
+            p.by_group = Some(GroupValues { values: groups.clone(), sd: *sd });
+            groups.iter().map(|(_, v)| v).sum::<f64>() / groups.len() as f64
+        }
     };
     let clamped = value.clamp(p.min, p.max);
     p.nominal = if (value - clamped).abs() <= ROUNDING_RATIO * clamped.abs() { clamped } else { value };

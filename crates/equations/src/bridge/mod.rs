@@ -55,6 +55,9 @@ pub struct EquationSystem {
     tables: Arc<[Table]>,
     /// Start values of fits of the declared parameters; if empty, fits start from the nominal values.
     start_value: Vec<f64>,
+    /// For each group of the model: index of each parameter with a value of its own, and the difference of this value
+    /// from the nominal one. Simulations of a record add the differences of its group; empty if they add none.
+    group_offsets: Arc<[Vec<(usize, f64)>]>,
 }
 
 impl EquationSystem {
@@ -105,6 +108,7 @@ impl EquationSystem {
             laws: Vec::new(),
             tables: Arc::default(),
             start_value: Vec::new(),
+            group_offsets: Arc::default(),
             compiled: Arc::new(compiled),
         })
     }
@@ -127,6 +131,27 @@ impl EquationSystem {
     /// Sets the duration of the windows into which records are cut for fits, s; `None` for whole records.
     pub fn with_windows(mut self, seconds: Option<f64>) -> Self {
         self.window_s = seconds;
+        self
+    }
+
+    /// Simulates each record with the values that the model has for its group.
+    ///
+    /// The group of a record is its index in the sorted names of the model's groups. The values of a task are then those
+    /// of a mean group: a record gets them plus the differences of its group from the nominal values. A record of
+    /// another group gets them as they are.
+    pub fn with_group_values(mut self) -> Self {
+        let model = self.model();
+        let offsets = |group: &String| {
+            let by_group = model.parameters.iter().enumerate().filter(|(_, p)| p.by_group.is_some());
+            by_group.map(|(index, p)| (index, p.value_for(Some(group)) - p.nominal)).collect()
+        };
+        self.group_offsets = model.group_names().iter().map(offsets).collect();
+        self
+    }
+
+    /// Simulates all records with the values of a task, whatever their groups.
+    pub fn without_group_values(mut self) -> Self {
+        self.group_offsets = Arc::default();
         self
     }
 

@@ -57,6 +57,9 @@ impl EquationSystem {
         for (place, value) in self.places.iter().zip(task.parameters) {
             parameters[*place] = *value;
         }
+        for (place, difference) in self.group_offsets.get(task.record.group).into_iter().flatten() {
+            parameters[*place] += difference;
+        }
         let mut start = task.start.to_vec();
         let is_unknown = |start: &[f64]| start[declared.min(start.len())..].iter().any(|x| x.is_nan());
         if declared < model.states.len() && (start.len() == declared || is_unknown(&start)) {

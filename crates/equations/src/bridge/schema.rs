@@ -6,7 +6,7 @@ use crate::text::{Kind, Lexer, Symbol, Token};
 use augsim_data::{Dimensions, Unit};
 use augsim_system::{
     Channel, Effect, EffectParameter, ErrorFigure, FormulaDomain, InitialValue, Input, InputInterpolation,
-    Parameter, Quantity, Rival, Schema, State, Target,
+    Parameter, Per, Quantity, Rival, Schema, State, Target,
 };
 
 /// Bound of a parameter for which the file declares none, as a multiple of its nominal value (or of 1 if larger).
@@ -142,6 +142,9 @@ pub(super) fn parameter(p: &ModelParameter) -> Parameter {
     let bound = DEFAULT_BOUND_RATIO * p.nominal.abs().max(1.0);
     let mut parameter = Parameter::free(p.name.clone(), p.nominal, p.min.max(-bound), p.max.min(bound));
     (parameter.frozen, parameter.ci95) = (p.frozen, p.ci95);
+    if let Some(by_group) = &p.by_group {
+        (parameter.per, parameter.groups) = (Per::Group, by_group.values.clone());
+    }
     parameter
 }
 

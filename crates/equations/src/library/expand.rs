@@ -362,6 +362,7 @@ impl Candidate {
             max: p.max,
             frozen: p.frozen,
             ci95: None,
+            by_group: None,
             line: self.line,
         };
         Draft {

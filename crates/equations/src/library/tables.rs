@@ -31,6 +31,7 @@ pub fn draft(target: Target, on: &str, against: &str, (first, last): (f64, f64),
         max: bound,
         frozen: false,
         ci95: None,
+        by_group: None,
         line: 0,
     };
     Draft {

@@ -133,8 +133,30 @@ pub struct Parameter {
     pub frozen: bool,
     /// 95 % confidence interval from a fit; `None` without one.
     pub ci95: Option<[f64; 2]>,
+    /// Values of the parameter by group of recordings; `None` if it has one value for all groups.
+    pub by_group: Option<GroupValues>,
     /// Line of the parameter's declaration in the file, from 1.
     pub line: usize,
+}
+
+/// Values of a parameter that differ between groups of recordings, such as units of one machine.
+///
+/// The nominal value of the parameter is then their mean.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct GroupValues {
+    /// Name of each group with the parameter's value for it; empty before a fit.
+    pub values: Vec<(String, f64)>,
+    /// Standard deviation of the normal distribution over groups from which the value of another group is drawn, in
+    /// the unit of the parameter; `None` if the groups show no such distribution.
+    pub sd: Option<f64>,
+}
+
+impl Parameter {
+    /// Value of the parameter for recordings of a group: the nominal value where the group has no value of its own.
+    pub fn value_for(&self, group: Option<&str>) -> f64 {
+        let values = self.by_group.iter().flat_map(|by_group| &by_group.values);
+        values.into_iter().find(|(name, _)| Some(name.as_str()) == group).map_or(self.nominal, |(_, v)| *v)
+    }
 }
 
 /// A named intermediate value (`[let]`), which expressions can use.
@@ -322,6 +344,15 @@ impl State {
 }
 
 impl Model {
+    /// Names of all groups for which a parameter has a value of its own, sorted.
+    pub fn group_names(&self) -> Vec<String> {
+        let values = self.parameters.iter().filter_map(|p| p.by_group.as_ref()).flat_map(|g| &g.values);
+        let mut names: Vec<String> = values.map(|(name, _)| name.clone()).collect();
+        names.sort();
+        names.dedup();
+        names
+    }
+
     /// Nominal values of all parameters of the model, in its order.
     pub fn nominals(&self) -> Vec<f64> {
         self.parameters.iter().map(|p| p.nominal).collect()

@@ -1,7 +1,7 @@
 //! Reads numbers with units: parameters, and the unit of any quantity that has a name.
 
-use super::Parameter;
 use super::toml_reader::Item;
+use super::{GroupValues, Parameter};
 use crate::error::{Fault, ModelError};
 use augsim_data::{FileUnit, NonSiEnding, Unit, escaped_short, non_si_ending};
 
@@ -12,7 +12,9 @@ pub(super) fn parameter(item: &Item<'_, '_>, name: &str) -> Result<Parameter, Mo
         Some(value) => value,
         None => {
             item.table(expected)?;
-            item.check_keys(&["nominal", "min", "max", "frozen", "unit", "ci95"])?;
+            item.check_keys(&[
+                "nominal", "min", "max", "frozen", "unit", "ci95", "per", "groups", "group_sd",
+            ])?;
             let missing = || item.error(Fault::Missing { key: "nominal", example: "nominal = 1.0" });
             item.entry("nominal").ok_or_else(missing)?.number()?
         }
@@ -33,8 +35,34 @@ pub(super) fn parameter(item: &Item<'_, '_>, name: &str) -> Result<Parameter, Mo
         max,
         frozen: item.entry("frozen").map_or(Ok(false), |frozen| frozen.flag())?,
         ci95: item.entry("ci95").map(|ci| ci.range()).transpose()?,
+        by_group: group_values(item, (min, max))?,
         line: item.line,
     })
+}
+
+/// Reads the values by group of a parameter; `None` if it has one value for all groups.
+fn group_values(item: &Item<'_, '_>, (min, max): (f64, f64)) -> Result<Option<GroupValues>, ModelError> {
+    let words = [("all", false), ("group", true)];
+    let is_by_group = item.entry("per").map(|per| per.word(&words, "\"all\" or \"group\"")).transpose()?;
+    if is_by_group != Some(true) {
+        let unused = ["groups", "group_sd"].into_iter().find_map(|key| item.entry(key));
+        return match unused {
+            Some(key) => Err(key.wrong("removed, or combined with per = \"group\"")),
+            None => Ok(None),
+        };
+    }
+    let mut values = Vec::new();
+    if let Some(groups) = item.entry("groups") {
+        for (name, entry) in groups.entries("a table of values, such as { unit1 = 0.2, unit2 = 0.3 }")? {
+            let value = entry.number()?;
+            if !(min..=max).contains(&value) {
+                return Err(entry.error(Fault::OutsideBounds { value, min, max }));
+            }
+            values.push((name.to_owned(), value));
+        }
+    }
+    let sd = item.entry("group_sd").map(|sd| sd.positive()).transpose()?;
+    Ok(Some(GroupValues { values, sd }))
 }
 
 /// Reads the unit of a quantity from the key `unit`, or else from the end of its name.

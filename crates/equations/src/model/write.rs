@@ -2,7 +2,7 @@
 //!
 //! Everything else, including comments and order, stays as the user wrote it.
 
-use super::{Addition, How, Model, Parameter, RateNoise, SensorNoise};
+use super::{Addition, GroupValues, How, Model, Parameter, RateNoise, SensorNoise};
 use crate::error::{Fault, ModelError, Place};
 use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value, value};
 
@@ -141,6 +141,9 @@ impl Model {
                 if let Some(ci95) = p.ci95 {
                     entry.insert("ci95", ci95.into_iter().collect::<Array>().into());
                 }
+                for (key, group_value) in p.by_group.iter().flat_map(group_entries) {
+                    entry.insert(key, group_value);
+                }
                 if let Some(unit) = p.unit {
                     let symbol = unit.symbol();
                     entry.insert("unit", if symbol.is_empty() { "1".into() } else { symbol.into() });
@@ -175,6 +178,7 @@ fn set_parameter(entry: &mut Item, p: &Parameter) {
                 }
             }
         }
+        set_group_values(entry, p.by_group.as_ref());
     } else if let Some(present) = entry.as_value_mut() {
         let mut table = InlineTable::new();
         table.insert("nominal", p.nominal.into());
@@ -184,10 +188,38 @@ fn set_parameter(entry: &mut Item, p: &Parameter) {
         if let Some(ci95) = p.ci95 {
             table.insert("ci95", ci95.into_iter().collect::<Array>().into());
         }
+        for (key, group_value) in p.by_group.iter().flat_map(group_entries) {
+            table.insert(key, group_value);
+        }
         let is_number = table.len() == 1;
         let new = if is_number { p.nominal.into() } else { Value::InlineTable(table) };
         *present = decorated(new, present);
     }
+}
+
+/// Keys and values of a parameter's entry that state its values by group.
+fn group_entries(by_group: &GroupValues) -> Vec<(&'static str, Value)> {
+    let mut entries = vec![("per", "group".into())];
+    if !by_group.values.is_empty() {
+        let groups: InlineTable =
+            by_group.values.iter().map(|(name, v)| (name.as_str(), Value::from(*v))).collect();
+        entries.push(("groups", Value::InlineTable(groups)));
+    }
+    entries.extend(by_group.sd.map(|sd| ("group_sd", sd.into())));
+    entries
+}
+
+/// Sets the values by group of a parameter in its entry of the file, a table, or removes them.
+fn set_group_values(entry: &mut Item, by_group: Option<&GroupValues>) {
+    let entries = by_group.map_or_else(Vec::new, group_entries);
+    if let Some(table) = entry.as_table_like_mut() {
+        for key in ["per", "groups", "group_sd"] {
+            if !entries.iter().any(|(k, _)| *k == key) {
+                table.remove(key);
+            }
+        }
+    }
+    entries.into_iter().for_each(|(key, new)| set(entry, key, new));
 }
 
 /// Sets a value of a table if it differs from the present one, keeping white space and comments around it.

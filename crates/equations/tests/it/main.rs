@@ -9,6 +9,7 @@ mod messages;
 mod bridge;
 mod engine;
 mod external;
+mod group_values;
 
 // The library of effects.
 mod effects;

@@ -4,7 +4,7 @@
 //! have closed forms.
 
 use augsim_equations::{EquationSystem, model};
-use augsim_fit::{Calibration, calibrate, estimate_initial_state};
+use augsim_fit::{Calibration, PerGroup, calibrate, estimate_initial_state};
 use augsim_system::{Prepare, Record};
 
 fn drift_model(rate: &str, parameters: &str) -> String {
@@ -212,4 +212,40 @@ fn initial_state_depends_on_the_first_samples_only() {
         estimate_initial_state(&system, &data, 6, &[0.5], &[0.0], &[]).unwrap_or_else(|e| panic!("{e}"));
     assert!((start.state[0] - 2.0).abs() < 1e-9, "{:?}", start.state);
     assert!((start.rmse[0] - 0.1).abs() < 1e-9, "{:?}", start.rmse);
+}
+
+#[test]
+fn every_group_gets_the_slope_of_its_own_records() {
+    let model = model::parse(
+        &drift_model("a_m_s + b_m_s", &format!("{SLOPE}\nb_m_s = {{ nominal = 0.3, frozen = true }}")),
+        "drift.toml",
+    )
+    .unwrap_or_else(|e| panic!("{e}"));
+    let system = EquationSystem::declared_only(&model).expect("a system").with_windows(Some(2.0));
+    let of_group = |group: usize, slope: f64| {
+        let mut record = record(|t, k| slope * t + 0.2 * pseudo_random(k));
+        record.group = group;
+        system.prepare(&mut record, &[]).expect("a record");
+        record
+    };
+    let names: Vec<String> = ["first", "second", "absent"].map(str::to_owned).to_vec();
+    let records = [of_group(0, 0.7), of_group(1, -0.4)];
+    let per_group = PerGroup::new(&system, &[0], &names, &records);
+    let found = per_group.collected(calibrate(&per_group, &records, Some(3.0), None).expect("a fit"));
+    let groups = &found.groups[0];
+    // Each group alone gives the same slope and, with a noise of its own, nearly the same standard error.
+    for (group, record) in records.iter().enumerate() {
+        let alone = calibrate(&system, std::slice::from_ref(record), Some(3.0), None).expect("a fit");
+        assert!((groups.values[group] - alone.values[0]).abs() < 1e-6, "{groups:?}");
+        let ratio =
+            groups.standard_errors[group].zip(alone.standard_errors[0]).map_or(f64::NAN, |(a, b)| a / b);
+        assert!((0.8..1.25).contains(&ratio), "{ratio}");
+    }
+    assert_eq!(
+        (groups.parameter, groups.values[2], groups.standard_errors[2]),
+        (0, 0.0, None),
+        "the absent group"
+    );
+    let mean = groups.values.iter().sum::<f64>() / 3.0;
+    assert_eq!((found.values.clone(), found.standard_errors[0]), (vec![mean, 0.3], None));
 }

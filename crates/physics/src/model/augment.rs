@@ -29,7 +29,7 @@ enum MissingColumns {
 fn store(fitted: &Fitted, p: &mut Parameter) {
     match &fitted.values {
         FittedValues::One(value) => (p.nominal, p.ci95) = (*value, fitted.ci95),
-        FittedValues::ByGroup(groups) => {
+        FittedValues::ByGroup { values: groups, .. } => {
             p.per = Per::Group;
             p.groups = groups.clone();
             let mean = groups.iter().map(|(_, v)| v).sum::<f64>() / groups.len() as f64;

@@ -3,6 +3,7 @@
 mod errors;
 mod examples;
 mod findings;
+mod groups;
 mod hidden_states;
 mod joints;
 mod methods;
@@ -110,6 +111,7 @@ pub fn page(context: &ReportContext, subject: &Subject, d: &Discovery) -> Page {
         sections: vec![
             Section::new("What was found", findings::found(d, &declared.parameters)),
             Section::new("Joints", joints::blocks(context, subject, d)),
+            Section::new("Groups of recordings", groups::blocks(d)),
             Section::new(runs, examples::blocks(d, &figures.examples)),
             Section::new("Warnings about the data", prose(&warnings)),
             Section::new("Error on held-out data", errors::blocks(d, &declared.quantity)),

@@ -9,12 +9,15 @@ use augsim_discovery::{Discovery, Observer, Verdict};
 use augsim_equations::{CalibratedModel, EquationSystem, Model};
 use augsim_fit::Gauge;
 use augsim_system::Record;
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 /// Minimum number of shooting windows over all records, if these are long enough.
 ///
 /// With more windows, which would be shorter, the unmeasured initial states would add too many free values.
 const MIN_WINDOWS: f64 = 8.0;
+/// Minimum number of shooting windows of each group of recordings, if these are long enough.
+const MIN_WINDOWS_PER_GROUP: f64 = 4.0;
 /// Maximum number of samples of a shooting window in the search for effects.
 ///
 /// The engine simulates many windows in one pass of SIMD lanes, and a few long windows leave lanes unused.
@@ -130,8 +133,9 @@ fn calibrated_on(
     let stages = &fitted.calibration.stages;
     let duration_s = |r: &Record| r.times.last().zip(r.times.first()).map_or(0.0, |(b, a)| b - a);
     let step_s = records.iter().map(Record::typical_step).fold(f64::INFINITY, f64::min);
-    let longest_s =
-        (records.iter().map(duration_s).sum::<f64>() / MIN_WINDOWS).min(MAX_WINDOW_SAMPLES * step_s);
+    let longest_s = (records.iter().map(duration_s).sum::<f64>() / MIN_WINDOWS)
+        .min(MAX_WINDOW_SAMPLES * step_s)
+        .min(longest_window_of_groups_s(data));
     let chosen = stages.iter().rev().find(|stage| stage.window_s <= longest_s);
     let window_s = chosen.or(stages.first()).map(|stage| stage.window_s);
     let shortest_window_noise =
@@ -155,6 +159,22 @@ fn calibrated_on(
     let declared = found.measured(declared, &windows)?;
     let declared = declared.calibrated(fitted.calibration.values, &shortest_window_noise);
     Ok(CalibratedProblem { declared, data, notes, gauges: Vec::new() })
+}
+
+/// Longest duration of a window that leaves each group of recordings several windows, s; infinite without groups.
+///
+/// The values of a group are judged by predictions of a part of its data from the others.
+fn longest_window_of_groups_s(data: &Dataset) -> f64 {
+    let mut durations_s: BTreeMap<&str, f64> = BTreeMap::new();
+    for trajectory in data.trajectories() {
+        let [Some(first), Some(last)] = [trajectory.time_s().first(), trajectory.time_s().last()] else {
+            continue;
+        };
+        *durations_s.entry(trajectory.group().unwrap_or_default()).or_default() += last - first;
+    }
+    let is_grouped = durations_s.len() > 1;
+    let shortest_s = durations_s.into_values().fold(f64::INFINITY, f64::min);
+    if is_grouped { shortest_s / MIN_WINDOWS_PER_GROUP } else { f64::INFINITY }
 }
 
 /// Makes the other parameters of a gauge identifiable: fixes the last one at its declared value.

@@ -3,7 +3,7 @@
 use augsim_data::digits;
 use augsim_equations::model::{Covariance, Hold};
 use augsim_equations::{EquationSystem, Model};
-use augsim_fit::{Calibration, Gauge, calibrate};
+use augsim_fit::{Calibration, Gauge, PerGroup, calibrate};
 use augsim_system::{NORMAL_95, Prepare, Record, Simulate};
 use std::path::PathBuf;
 use std::time::Instant;
@@ -174,6 +174,7 @@ fn with_hold(
         let calibration = calibrate_tuned(tuned.clone(), &short_windows, records, doublings, until)?;
         let mut found = model.clone();
         found.parameters.iter_mut().zip(&calibration.values).for_each(|(p, value)| p.nominal = *value);
+        write_group_values(&mut found, &calibration);
         let (checked, _) = tuned_on_short_windows(&found, records)?;
         let (used, needed) = (tuned.options(), checked.options());
         if needed.method == used.method && needed.substeps <= used.substeps {
@@ -207,7 +208,7 @@ fn tuned_on_short_windows(
     records: &[Record],
 ) -> anyhow::Result<(EquationSystem, Vec<Record>)> {
     let window_s = 10.0 * MIN_WINDOW_SAMPLES * shortest_step_s(records);
-    let system = EquationSystem::declared_only(model)?.with_windows(Some(window_s));
+    let system = EquationSystem::declared_only(model)?.with_group_values().with_windows(Some(window_s));
     let short_windows = prepare_records(&system, records)?;
     Ok((system.tuned(&short_windows)?, short_windows))
 }
@@ -230,9 +231,25 @@ fn calibrate_tuned(
         window_s = (whole_s / STATELESS_WINDOWS).max(shortest_s);
         longest_s = Some(window_s);
     }
-    let system = system.with_windows(Some(window_s));
+    let system = system.with_windows(Some(window_s)).without_group_values();
     let records = prepare_records(&system, records)?;
-    Ok(calibrate(&system, &records, longest_s, until)?)
+    let parameters = system.model().parameters.iter().enumerate();
+    let by_group: Vec<usize> = parameters.filter(|(_, p)| p.by_group.is_some()).map(|(i, _)| i).collect();
+    if by_group.is_empty() {
+        return Ok(calibrate(&system, &records, longest_s, until)?);
+    }
+    let per_group = PerGroup::new(&system, &by_group, &system.model().group_names(), &records);
+    Ok(per_group.collected(calibrate(&per_group, &records, longest_s, until)?))
+}
+
+/// Writes the calibrated values of parameters with values by group into the model.
+fn write_group_values(model: &mut Model, calibration: &Calibration) {
+    let names = model.group_names();
+    for found in &calibration.groups {
+        if let Some(by_group) = &mut model.parameters[found.parameter].by_group {
+            by_group.values = names.iter().cloned().zip(found.values.iter().copied()).collect();
+        }
+    }
 }
 
 /// Time constant of the fastest mode of a model over these records, s; `None` if it cannot be computed.
@@ -278,6 +295,7 @@ fn write_values(model: &mut Model, calibration: &Calibration) {
             // With noise-free data the interval may have zero width, which a model file cannot state.
             .filter(|[low, high]| low < high);
     }
+    write_group_values(model, calibration);
     let known: Vec<usize> = (0..model.parameters.len()).filter(|i| has_fitted_interval(model, *i)).collect();
     let row = |i: &usize| known.iter().map(|j| calibration.covariance[*i][*j]).collect();
     let rows: Vec<Vec<f64>> = known.iter().map(row).collect();

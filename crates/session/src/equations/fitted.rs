@@ -2,14 +2,17 @@
 
 use super::fit::{Fitted, fit, gauge_sentence};
 use super::rejection::worse_than_mean;
-use super::{degrees, noise, records, unit_text};
+use super::{degrees, new_unit, noise, records, unit_text};
 use crate::usage::ModelFault;
 use crate::{DataFrom, Subject, Usage};
 use augsim_data::DataError;
 use augsim_data::checks::{AcceptedChecks, CheckedData, Warning, check_data};
 use augsim_discovery::{NoiseCause, NoiseSource};
 use augsim_equations::Model;
+use augsim_fit::Calibration;
+use augsim_system::NORMAL_95;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 /// Result of the `fit` command.
@@ -58,8 +61,11 @@ pub struct Parameter {
     pub unit: String,
     /// Value of the parameter in the model file before the fit.
     pub declared: f64,
-    /// Value of the parameter after the fit.
+    /// Value of the parameter after the fit; the mean over groups if it has one value per group.
     pub value: f64,
+    /// Calibrated value for each group, by name; empty for a parameter with one value.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub groups: BTreeMap<String, GroupValue>,
     /// 95 % confidence interval of the calibrated value; `None` without one.
     pub ci95: Option<[f64; 2]>,
     /// Whether the parameter was fixed at its declared value.
@@ -69,6 +75,29 @@ pub struct Parameter {
     /// Bound of the parameter at which the fit ended: `lower` or `upper`; `None` for neither.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bound: Option<&'static str>,
+}
+
+/// Calibrated values of a parameter by group, with their intervals; empty for a parameter with one value.
+fn group_values(model: &Model, calibration: &Calibration, parameter: usize) -> BTreeMap<String, GroupValue> {
+    let Some(found) = calibration.groups.iter().find(|found| found.parameter == parameter) else {
+        return BTreeMap::new();
+    };
+    let value = |(value, error): (&f64, &Option<f64>)| {
+        let error = error.filter(|e| e.is_finite() && *e > 0.0);
+        let ci95 = error.map(|e| [value - NORMAL_95 * e, value + NORMAL_95 * e]);
+        GroupValue { value: *value, ci95 }
+    };
+    let values = found.values.iter().zip(&found.standard_errors).map(value);
+    model.group_names().into_iter().zip(values).collect()
+}
+
+/// Calibrated value of a parameter for one group of recordings.
+#[derive(Debug, Clone, Serialize)]
+pub struct GroupValue {
+    /// Value of the parameter for the group.
+    pub value: f64,
+    /// 95 % confidence interval of the value; `None` without one.
+    pub ci95: Option<[f64; 2]>,
 }
 
 /// Residual of an output after the fit.
@@ -111,6 +140,8 @@ pub struct TriedInterpolation {
 /// [`Usage`] for another kind of model. The data do not fit the model, or fail a check that is not in
 /// `accepted`. The model cannot be simulated.
 ///
+/// With `is_new_unit` only the values by group are fitted, for a group that the model does not know, see [`new_unit`].
+///
 /// After `until` the fit ends with the best values so far. `interim` receives the result before the noise is
 /// estimated, which may take as long as the fit.
 pub fn calibrate(
@@ -118,6 +149,7 @@ pub fn calibrate(
     file: &str,
     data: &DataFrom,
     accepted: AcceptedChecks,
+    is_new_unit: bool,
     until: Option<Instant>,
     interim: &mut dyn FnMut(Model, FitResult),
 ) -> anyhow::Result<(Model, FitResult)> {
@@ -125,12 +157,20 @@ pub fn calibrate(
         return Err(Usage::model(file, ModelFault::BuiltInFitted).into());
     };
     let measured = records::read(data, model)?;
+    let fleet = model;
+    let model = &match is_new_unit {
+        true => new_unit::model_of_unit(model, &measured.data)?,
+        false => records::with_groups_of(model, &measured.data),
+    };
     let reading = measured.data.notes().to_vec();
     let CheckedData { data, warnings } =
         check_data(measured.data, &model.expected(), accepted).map_err(DataError::from)?;
     let records = records::records(&data, model, true)?;
     degrees::check(model, &data, &records, accepted)?;
     let mut fitted = fit(model, &records, until)?;
+    if is_new_unit {
+        new_unit::combine_with_distribution(&mut fitted, fleet);
+    }
     let rejection = worse_than_mean(&fitted.model, fitted.calibration.rmse(), &records);
     let not_estimated = NoiseCause {
         source: NoiseSource::Sensor,
@@ -157,6 +197,7 @@ fn answer(declared: &Model, fitted: &Fitted, noise: NoiseCause, unnamed_columns:
     let calibration = &fitted.calibration;
     let parameter = |(index, p): (usize, &augsim_equations::model::Parameter)| Parameter {
         name: p.name.clone(),
+        groups: group_values(&fitted.model, calibration, index),
         unit: unit_text(p.unit).trim().to_owned(),
         declared: declared.parameters[index].nominal,
         value: p.nominal,

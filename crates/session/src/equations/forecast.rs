@@ -54,7 +54,7 @@ pub struct Horizon {
 /// # Errors
 /// A record cannot be simulated.
 pub fn free_runs(model: &Model, records: &[Record], burn_in: usize) -> anyhow::Result<Vec<FreeRun>> {
-    let system = EquationSystem::declared_only(model)?;
+    let system = EquationSystem::declared_only(model)?.with_group_values();
     let records = prepare_records(&system, records)?;
     let system = system.tuned(&records)?;
     let values: Vec<f64> = system.parameters().iter().map(|p| p.nominal).collect();

@@ -8,6 +8,7 @@ pub mod fit;
 pub mod fitted;
 pub mod forecast;
 mod hidden_states;
+mod new_unit;
 pub mod noise;
 pub mod records;
 mod rejection;

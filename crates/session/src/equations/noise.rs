@@ -17,7 +17,7 @@ const MAX_SAMPLES: usize = 6_000;
 /// # Errors
 /// The model cannot be compiled, there are no measurements, or a record cannot be simulated.
 pub fn smoothed(model: &Model, records: &[Record]) -> anyhow::Result<Smoothed> {
-    let system = EquationSystem::declared_only(model)?;
+    let system = EquationSystem::declared_only(model)?.with_group_values();
     let records = prepare_records(&system, records)?;
     let system = system.tuned(&records)?;
     let values: Vec<f64> = system.parameters().iter().map(|p| p.nominal).collect();

@@ -5,6 +5,7 @@ use anyhow::Context;
 use augsim_data::{Dataset, NamedCsv, Trajectory, Unit, escaped_list, escaped_short};
 use augsim_equations::Model;
 use augsim_system::{Record, RecordReader};
+use std::collections::BTreeSet;
 use thiserror::Error;
 
 /// Names of the columns of the long data format that are not model quantities.
@@ -173,14 +174,37 @@ fn check_values(from: &DataFrom, model: &Model, data: &Dataset) -> anyhow::Resul
     Ok(())
 }
 
+/// The model with a value for every group in the data, in each parameter with values by group.
+///
+/// A group that the model does not know gets the nominal value.
+pub fn with_groups_of(model: &Model, data: &Dataset) -> Model {
+    let names: BTreeSet<&str> = data.trajectories().iter().filter_map(Trajectory::group).collect();
+    let mut model = model.clone();
+    for p in &mut model.parameters {
+        let Some(by_group) = &mut p.by_group else { continue };
+        let missing = names.iter().filter(|name| !by_group.values.iter().any(|(known, _)| known == **name));
+        let missing: Vec<(String, f64)> = missing.map(|name| ((*name).to_owned(), p.nominal)).collect();
+        by_group.values.extend(missing);
+    }
+    model
+}
+
 /// Converts trajectories to records of the model.
+///
+/// The group of a record is its index in [`Model::group_names`], or their number for a group that the model does not
+/// know.
 ///
 /// With `within_range`, readings at or beyond the sensor range of their output become gaps, since the true
 /// value is unknown: use it for fits. Scores compare such readings with predictions clipped to the range.
 pub fn records(data: &Dataset, model: &Model, within_range: bool) -> anyhow::Result<Vec<Record>> {
     let channels = model.outputs.iter().map(|o| o.name.as_str());
     let reader = RecordReader::with_columns(channels, model.inputs.iter().map(|i| i.name.as_str()), data)?;
-    let mut records: Vec<Record> = data.trajectories().iter().map(|t| reader.read(t)).collect();
+    let groups = model.group_names();
+    let read = |t: &Trajectory| {
+        let group = groups.iter().position(|name| Some(name.as_str()) == t.group());
+        Record { group: group.unwrap_or(groups.len()), ..reader.read(t) }
+    };
+    let mut records: Vec<Record> = data.trajectories().iter().map(read).collect();
     if within_range {
         for record in &mut records {
             for (values, output) in record.values.iter_mut().zip(&model.outputs) {

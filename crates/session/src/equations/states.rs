@@ -108,7 +108,7 @@ fn check_clock(
 /// The sampling step is not constant, or the model cannot be simulated over the records.
 pub fn engine(model: &Model, records: &[Record]) -> anyhow::Result<Engine> {
     let step_s = step_s(records)?;
-    let system = EquationSystem::declared_only(model)?;
+    let system = EquationSystem::declared_only(model)?.with_group_values();
     let ready = prepare_records(&system, records)?;
     let system = system.tuned(&ready)?;
     let sensor_sd = sensor_sd(model, &system, records)?;

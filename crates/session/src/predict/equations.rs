@@ -38,7 +38,7 @@ pub(super) fn predict(
     let measured = records::read(data, model)?;
     let mut list = records::records(&measured.data, model, false)?;
     list.retain(|record| options.is_requested(&record.id));
-    let system = EquationSystem::declared_only(model)?;
+    let system = EquationSystem::declared_only(model)?.with_group_values();
     let list = prepare_records(&system, &list)?;
     let system = system.tuned(&list)?;
     let process_noise = ProcessNoise::for_system(&system)?;
@@ -282,7 +282,7 @@ impl Prediction<'_> {
     /// `None` if no initial state can be fitted with the drawn parameters.
     fn draw(&self, record: &Record, started: &Started, normal: &mut dyn FnMut() -> f64) -> Option<Drawn> {
         let FittedInitialState { known, early_part, initial_state, noise, known_sd } = &started.fitted;
-        let parameters = self.uncertainty.draw(self.system, &started.values, normal);
+        let parameters = self.uncertainty.draw(self.system, record, &started.values, normal);
         // Subtracting drawn errors from the first samples gives the uncertainty of the initial state. The
         // same error path is added to the outputs, so that autocorrelated errors continue from the first
         // samples into the prediction.

@@ -57,7 +57,7 @@ pub(super) fn run(args: &Simulate, model: &Path, output: &Output) -> anyhow::Res
         Some(like) => records::records(&records::read(like, &model)?.data, &model, true)?,
         None => vec![record_without_data(args, &model, output)?],
     };
-    let system = EquationSystem::declared_only(&model)?;
+    let system = EquationSystem::declared_only(&model)?.with_group_values();
     let mut list = fit::prepare_records(&system, &list)?;
     for record in &mut list {
         set_initial_state(args, &model, record, output)?;
