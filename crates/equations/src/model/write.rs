@@ -212,12 +212,17 @@ fn group_entries(by_group: &GroupValues) -> Vec<(&'static str, Value)> {
 /// Sets the values by group of a parameter in its entry of the file, a table, or removes them.
 fn set_group_values(entry: &mut Item, by_group: Option<&GroupValues>) {
     let entries = by_group.map_or_else(Vec::new, group_entries);
+    let mut is_removed = false;
     if let Some(table) = entry.as_table_like_mut() {
         for key in ["per", "groups", "group_sd"] {
             if !entries.iter().any(|(k, _)| *k == key) {
-                table.remove(key);
+                is_removed |= table.remove(key).is_some();
             }
         }
+    }
+    // Without this, the white space before the brace goes with the last key.
+    if let Some(inline) = entry.as_inline_table_mut().filter(|_| is_removed) {
+        inline.fmt();
     }
     entries.into_iter().for_each(|(key, new)| set(entry, key, new));
 }
