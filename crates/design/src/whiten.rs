@@ -104,7 +104,7 @@ impl Filter {
             }
         }
         for (place, sensor) in sensors.iter().zip(&noise.sensors) {
-            place.into_iter().for_each(|i| covariance[i * (size + 1)] = sensor.autocorrelated_sd.powi(2));
+            place.iter().for_each(|i| covariance[i * (size + 1)] = sensor.autocorrelated_sd.powi(2));
         }
         Self { states, sensors, size, covariance, means: vec![0.0; size * columns], columns }
     }
@@ -120,14 +120,14 @@ impl Filter {
         for (column, value) in row.iter_mut().enumerate() {
             let mean: f64 = (0..d).map(|i| h[i] * self.means[i * self.columns + column]).sum();
             let innovation = *value - mean;
-            for i in 0..d {
-                self.means[i * self.columns + column] += ph[i] / variance * innovation;
+            for (i, gain) in ph.iter().enumerate() {
+                self.means[i * self.columns + column] += gain / variance * innovation;
             }
             *value = innovation / variance.sqrt();
         }
-        for i in 0..d {
-            for j in 0..d {
-                self.covariance[i * d + j] -= ph[i] * ph[j] / variance;
+        for (i, one) in ph.iter().enumerate() {
+            for (j, other) in ph.iter().enumerate() {
+                self.covariance[i * d + j] -= one * other / variance;
             }
         }
         variance

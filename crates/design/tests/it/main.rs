@@ -10,8 +10,11 @@ use std::sync::Arc;
 
 /// Explanation of a model text without process noise; `sds` are the standard deviations of its free parameters.
 fn explanation(name: &str, text: &str, sds: &[f64], noise: SensorNoise) -> Explanation {
-    let model = model::parse(text, name).unwrap();
-    let system = EquationSystem::declared_only(&model).unwrap().with_states_as_channels().unwrap();
+    let model = model::parse(text, name).expect("a valid model");
+    let system = EquationSystem::declared_only(&model)
+        .expect("a valid model")
+        .with_states_as_channels()
+        .expect("a valid model");
     let parameters = system.parameters();
     let uncertain: Vec<usize> = (0..parameters.len()).filter(|i| !parameters[*i].frozen).collect();
     let covariance: Vec<Vec<f64>> = (0..sds.len())

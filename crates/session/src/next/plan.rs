@@ -118,25 +118,26 @@ fn explained(
     explanations: &[Explanation],
     widths: Vec<BTreeMap<String, f64>>,
 ) -> anyhow::Result<Vec<Explained>> {
-    let explained =
-        |(((source, e), weight), widths): (((&Source, &Explanation), f64), BTreeMap<String, f64>)| {
-            let mut model = source.model.clone();
-            write_back(&mut model, e);
-            Ok(Explained {
-                name: e.name.clone(),
-                log_weight: e.log_weight,
-                log_evidence: 0.0,
-                squares: 0.0,
-                count: 0,
-                weight,
-                log_e_value: 0.0,
-                rejected: false,
-                widths,
-                file: model.file.clone(),
-                model_toml: model.to_toml()?,
-            })
-        };
-    sources.iter().zip(explanations).zip(weights(explanations)).zip(widths).map(explained).collect()
+    let weights = weights(explanations);
+    let mut explained = Vec::with_capacity(explanations.len());
+    for (k, ((source, e), widths)) in sources.iter().zip(explanations).zip(widths).enumerate() {
+        let mut model = source.model.clone();
+        write_back(&mut model, e);
+        explained.push(Explained {
+            name: e.name.clone(),
+            log_weight: e.log_weight,
+            log_evidence: 0.0,
+            squares: 0.0,
+            count: 0,
+            weight: weights[k],
+            log_e_value: 0.0,
+            rejected: false,
+            widths,
+            file: model.file.clone(),
+            model_toml: model.to_toml()?,
+        });
+    }
+    Ok(explained)
 }
 
 fn planned_run(k: usize, run: &Run, explanations: &[Explanation]) -> PlannedRun {
