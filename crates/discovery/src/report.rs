@@ -440,13 +440,11 @@ impl AnswerParts<'_> {
         let rival = |(margin, set): (f64, &Scored)| {
             let (h, theta) = (&set.fit.hypothesis, &set.fit.theta);
             let found = h.augmentation(&self.prepared.data, theta, &set.identified_ci95(), &set.covariance());
-            Ok(Rival {
-                kinds: kinds(set.additions()),
-                over_chosen: margin,
-                model_toml: self.model.augmented(&found)?,
-            })
+            // A set that no model file can state, such as two forms of one effect, is no explanation.
+            let model_toml = self.model.augmented(&found).ok()?;
+            Some(Rival { kinds: kinds(set.additions()), over_chosen: margin, model_toml })
         };
-        alive.into_iter().map(rival).collect()
+        Ok(alive.into_iter().filter_map(rival).collect())
     }
 }
 
