@@ -415,14 +415,14 @@ impl AnswerParts<'_> {
         Ok(Models {
             declared_toml: self.model.augmented(&Augmentation::default())?,
             calibrated_toml: self.model.augmented(&calibrated)?,
-            rivals: self.rivals()?,
+            rivals: self.rivals(),
         })
     }
 
     /// The fitted sets that the data do not reject beside the named one, best first.
     ///
     /// Sets with values by group or with random effects are left out: they are no single model of a new record.
-    fn rivals(&self) -> Result<Vec<Rival>, DiscoveryError> {
+    fn rivals(&self) -> Vec<Rival> {
         let is_plain = |s: &&Scored| {
             let h = &s.fit.hypothesis;
             s.is_finite()
@@ -444,7 +444,7 @@ impl AnswerParts<'_> {
             let model_toml = self.model.augmented(&found).ok()?;
             Some(Rival { kinds: kinds(set.additions()), over_chosen: margin, model_toml })
         };
-        Ok(alive.into_iter().filter_map(rival).collect())
+        alive.into_iter().filter_map(rival).collect()
     }
 }
 
