@@ -209,7 +209,7 @@ mod tests {
         let sensor = SensorNoise { white_sd: 0.3, autocorrelated_sd: 0.7, correlation_time_s: 0.8 };
         let process = RateNoise { state: 0, sd: 0.9, correlation_time_s: 0.4 };
         let noise = Noise { sensors: vec![sensor], process: vec![process] };
-        let keep = |k: usize| (-(times[k + 1] - times[k])).exp();
+        let keep = |k: usize| f64::exp(times[k] - times[k + 1]);
         let interval = |k: usize| Interval {
             next_by_state: if k < 4 { vec![keep(k)] } else { Vec::new() },
             output_by_state: vec![2.0],

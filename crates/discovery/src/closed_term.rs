@@ -2,8 +2,8 @@
 
 use crate::addition::{Addition, Tabulated};
 use crate::answer::AnswerParts;
+use crate::estimate::with_three_digits;
 use crate::result::Unexplained;
-use crate::sentence::with_three_digits;
 use augsim_system::NORMAL_95;
 
 /// Text of the closed-form term nearest to a table, by least squares over its knots weighted by their

@@ -62,10 +62,11 @@ impl Estimate {
             .groups
             .values()
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v.value), high.max(v.value)));
-        let range = format!("{name} between {} and {}", three(low), three(high));
+        let range = format!("{name} between {} and {}", with_three_digits(low), with_three_digits(high));
         let Some(over_groups) = &self.distribution else { return format!("{range}, one value per group") };
-        let (count, mean, sd) = (self.groups.len(), three(over_groups.mean), three(over_groups.sd));
-        let [least, most] = over_groups.sd_ci95.map(three);
+        let (count, mean, sd) =
+            (self.groups.len(), with_three_digits(over_groups.mean), with_three_digits(over_groups.sd));
+        let [least, most] = over_groups.sd_ci95.map(with_three_digits);
         let outlying: Vec<String> = over_groups.outlying.iter().map(|name| format!("`{name}`")).collect();
         let outlying = match &outlying[..] {
             [] => String::new(),
@@ -76,10 +77,17 @@ impl Estimate {
     }
 }
 
-/// Text of a number with three digits.
-fn three(value: f64) -> String {
-    let rounded = format!("{value:.2e}").parse().unwrap_or(value);
-    digits(rounded)
+/// Prints a number with three digits, in scientific notation if it is small or large.
+pub(crate) fn with_three_digits(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let exponent = value.abs().log10().floor();
+    if (-3.0..6.0).contains(&exponent) {
+        format!("{value:.*}", (2.0 - exponent).max(0.0) as usize)
+    } else {
+        format!("{value:.2e}")
+    }
 }
 
 /// Displays value and interval: `0.00040 [0.00038, 0.00042]`.

@@ -4,10 +4,11 @@
 //! max(1, D / 2T). With fewer than the number of blocks, a missing effect that varies as slowly would look the same, and the score's blocks would share
 //! errors.
 
+use crate::estimate::with_three_digits;
 use crate::noise_cause::{NoiseCause, NoiseSource};
 use crate::result::{Discovery, Verdict};
 use crate::score::BLOCKS;
-use crate::sentence::{SMALL_SHARE, with_three_digits};
+use crate::sentence::SMALL_SHARE;
 
 impl NoiseCause {
     /// Number of independent values of the autocorrelated errors in records of these durations, s. Infinite

@@ -2,6 +2,7 @@
 //! second sentence.
 
 use crate::answer::AnswerParts;
+use crate::estimate::with_three_digits;
 use crate::judge::record_name;
 use crate::result::{ErrorTable, FoundEffect, Unexplained, Verdict};
 use crate::search::ALPHA;
@@ -59,19 +60,6 @@ const MAX_DECIMALS: usize = 6;
 /// Prints an error with `decimals` decimals, or with three digits if that would be too many decimals.
 fn format_error(error: f64, decimals: usize) -> String {
     if decimals <= MAX_DECIMALS { format!("{error:.decimals$}") } else { with_three_digits(error) }
-}
-
-/// Prints a number with three digits, in scientific notation if it is small or large.
-pub(crate) fn with_three_digits(value: f64) -> String {
-    if value == 0.0 {
-        return "0".to_owned();
-    }
-    let exponent = value.abs().log10().floor();
-    if (-3.0..6.0).contains(&exponent) {
-        format!("{value:.*}", (2.0 - exponent).max(0.0) as usize)
-    } else {
-        format!("{value:.2e}")
-    }
 }
 
 /// Text on an effect: its parameters and the error that it removes. `calibrated` is the error of the

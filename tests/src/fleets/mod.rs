@@ -9,6 +9,7 @@ mod score;
 pub use plants::{FLEETS, FleetPlant};
 pub use score::{Kind, Row, Summary, run};
 
+use crate::sealed_systems::runge_kutta_step;
 use augsim_data::random_stream;
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
@@ -93,9 +94,9 @@ pub fn draw(plant: &FleetPlant, differing: usize, has_effect: bool, seed: u64) -
                 let row = vec![k as f64 * plant.step_s, levels[k / HOLD_SAMPLES], state[plant.measured]];
                 rows.push((format!("unit{unit}run{run},unit {}", unit + 1), row));
                 let input = levels[k / HOLD_SAMPLES];
-                let rate = |x: &[f64]| (plant.rate)(x, input, values, amount);
+                let rate = |x: &[f64], _: f64| (plant.rate)(x, input, values, amount);
                 for _ in 0..STEPS_PER_SAMPLE {
-                    runge_kutta_step(&mut state, plant.step_s / STEPS_PER_SAMPLE as f64, &rate);
+                    state = runge_kutta_step(&state, 0.0, plant.step_s / STEPS_PER_SAMPLE as f64, &rate);
                 }
             }
         }
@@ -109,20 +110,6 @@ pub fn draw(plant: &FleetPlant, differing: usize, has_effect: bool, seed: u64) -
         let _ = writeln!(csv, "{label},{:.4},{:.6},{measured:.7}", row[0], row[1]);
     }
     Fleet { csv, truth }
-}
-
-/// One step of the classical Runge-Kutta method.
-fn runge_kutta_step(state: &mut [f64], step: f64, rate: &dyn Fn(&[f64]) -> Vec<f64>) {
-    let at = |slope: &[f64], share: f64| -> Vec<f64> {
-        state.iter().zip(slope).map(|(x, r)| x + share * step * r).collect()
-    };
-    let first = rate(state);
-    let second = rate(&at(&first, 0.5));
-    let third = rate(&at(&second, 0.5));
-    let fourth = rate(&at(&third, 1.0));
-    for (i, x) in state.iter_mut().enumerate() {
-        *x += step / 6.0 * (first[i] + 2.0 * (second[i] + third[i]) + fourth[i]);
-    }
 }
 
 #[cfg(test)]

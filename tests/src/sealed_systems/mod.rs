@@ -12,4 +12,5 @@ mod simulate;
 pub use laws::{Law, grammar_laws, library_laws, unlisted_laws};
 pub use plants::{PLANTS, Plant};
 pub use score::{Kind, Row, Summary, run, truth};
+pub(crate) use simulate::runge_kutta_step;
 pub use simulate::{GeneratedSet, draw};

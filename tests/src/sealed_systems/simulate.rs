@@ -205,6 +205,16 @@ fn runge_kutta(
         rates[plant.law_equation.0] += term(x, u, t);
         rates
     };
+    runge_kutta_step(state, time, dt, &rates)
+}
+
+/// State after one Runge-Kutta step of order four and length `dt` (s) with these rates of state and time.
+pub(crate) fn runge_kutta_step(
+    state: &[f64],
+    time: f64,
+    dt: f64,
+    rates: &dyn Fn(&[f64], f64) -> Vec<f64>,
+) -> Vec<f64> {
     let shifted = |k: &[f64], by: f64| -> Vec<f64> { state.iter().zip(k).map(|(x, k)| x + by * k).collect() };
     let k1 = rates(state, time);
     let k2 = rates(&shifted(&k1, 0.5 * dt), time + 0.5 * dt);

@@ -7,7 +7,7 @@
 use super::candidates::can_join;
 use super::group::{ColumnGroup, ColumnKind, acting_points, null_points};
 use crate::addition::Addition;
-use crate::linear::{Square, dot};
+use crate::linear::Square;
 use crate::record::ChosenRecords;
 use crate::score::{Blocks, FitWindows, Rows, Scored, distances_from_nulls};
 use augsim_linear::gram_of_rows;
@@ -395,7 +395,6 @@ impl<'a> ProblemBuilder<'a> {
             width: n,
         };
         problem.drop_aliases();
-        problem.drop_groupwise_aliases();
         problem
     }
 
@@ -502,43 +501,6 @@ impl<'a> ProblemBuilder<'a> {
 }
 
 impl LinearProblem {
-    /// Drops effects with values by group that with one value would repeat the declared parameters: values by group
-    /// of these parameters are the same.
-    fn drop_groupwise_aliases(&mut self) {
-        let sum = sum_blocks(&self.blocks);
-        let factor = sum.h.sub(&self.declared).cholesky();
-        let repeats_declared = |group: &ColumnGroup| {
-            let (Addition::Effect(listed, Per::Group), ColumnKind::Slopes) = (&group.addition, group.kind)
-            else {
-                return false;
-            };
-            let amplitudes =
-                listed.effect.amplitude_count.unwrap_or(group.point.len()).min(group.point.len());
-            let each = group.columns.len() / amplitudes.max(1);
-            (0..amplitudes).all(|k| {
-                // The column of one value is the sum of the columns of all groups.
-                let columns = group.columns.start + k * each..group.columns.start + (k + 1) * each;
-                let square: f64 = columns
-                    .clone()
-                    .flat_map(|c| columns.clone().map(move |d| (c, d)))
-                    .map(|(c, d)| sum.h.at(c, d))
-                    .sum();
-                let product = |declared: &usize| columns.clone().map(|c| sum.h.at(*declared, c)).sum::<f64>();
-                let mut projected: Vec<f64> = self.declared.iter().map(product).collect();
-                factor.forward(&mut projected);
-                square - dot(&projected, &projected) <= MIN_INDEPENDENT_SHARE * square
-            })
-        };
-        let keep: Vec<bool> = self
-            .groups
-            .iter()
-            .enumerate()
-            .map(|(g, group)| self.fitted.contains(&g) || !repeats_declared(group))
-            .collect();
-        let mut keep = keep.into_iter();
-        self.groups.retain(|_| keep.next().unwrap_or(true));
-    }
-
     /// Drops groups of one column that repeats an earlier one: the same effect under another name.
     fn drop_aliases(&mut self) {
         let sum = sum_blocks(&self.blocks);

@@ -10,7 +10,7 @@ use crate::interval::{Intervals, MIN_FREEDOM};
 use crate::linear::Square;
 use crate::record::ChosenRecords;
 use crate::statistics::{hotelling_tail, median};
-use augsim_system::{NORMAL_95, Per};
+use augsim_system::NORMAL_95;
 use std::cell::LazyCell;
 
 /// Probability that a 95 % interval does not contain the true value.
@@ -56,7 +56,7 @@ impl Scored {
     /// p-value of each addition of the set.
     ///
     /// It is that of its coefficients, by their leave-one-out scatter (Hotelling's T squared), or that of its
-    /// gain over blocks for additions without coefficients, and for tables and values by group, which have more
+    /// gain over blocks for additions without coefficients, and for tables and values of a declared parameter by group, which have more
     /// values than blocks can resolve. Coefficients whose 95 % intervals all contain their null values are not significant: an
     /// effect is never named with an interval that contradicts it. `without` returns the block information of the set without the addition of that number.
     pub fn p_values<'s>(&self, without: &dyn Fn(usize) -> Option<&'s Evidence>) -> Vec<f64> {
@@ -215,7 +215,7 @@ impl Scored {
     /// null values. `None` for additions that are judged by their gain.
     fn coefficients(&self, number: usize) -> Option<(Vec<usize>, Vec<f64>)> {
         let h = &self.fit.hypothesis;
-        let Addition::Effect(listed, Per::All) = &h.additions[number] else { return None };
+        let Addition::Effect(listed, _) = &h.additions[number] else { return None };
         let amounts = h.coefficients_of_addition(number);
         let is_structural = !listed.effect.first_simulated_at.is_empty();
         (!is_structural && !amounts.is_empty())
@@ -223,9 +223,10 @@ impl Scored {
     }
 }
 
-/// Whether an addition is judged by the bound of Markov's inequality on its gain: values by group, and random effects.
+/// Whether an addition is judged by the bound of Markov's inequality on its gain: a declared parameter with values by
+/// group, or a random effect.
 fn is_bounded_by_gain(addition: &Addition) -> bool {
-    matches!(addition, Addition::Scatter(_)) || addition.has_values_by_group()
+    matches!(addition, Addition::Scatter(_) | Addition::Split(_))
 }
 
 /// Distance of each entry of theta (the shared parameters) from its null value; 0 for entries without null

@@ -1,7 +1,7 @@
 //! Explanations from fitted model files, and fitted model files from explanations.
 
 use super::fault::NextFault;
-use super::sources::Source;
+use super::source::Source;
 use crate::Usage;
 use crate::equations::fit::prepare_records;
 use augsim_design::{Explanation, Noise, RateNoise, SensorNoise, factor_of};

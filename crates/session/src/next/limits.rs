@@ -1,7 +1,7 @@
 //! Limits of an experiment: from a file, and by default the ranges that the recordings so far have.
 
 use super::fault::NextFault;
-use super::sources::Source;
+use super::source::Source;
 use crate::Usage;
 use crate::equations::fit::prepare_records;
 use augsim_design::{InputLimits, Limits};

@@ -2,7 +2,7 @@
 
 use super::explanation::write_back;
 use super::plan::compiled;
-use super::sources::Source;
+use super::source::Source;
 use super::state::{HeardRun, State};
 use super::text::listen_sentence;
 use augsim_design::{Explanation, Judgement, Verdict, hear, judge};

@@ -1,7 +1,7 @@
 //! Designs the next runs and promises their odds.
 
 use super::explanation::{Compiled, Tuning, compile, write_back};
-use super::sources::Source;
+use super::source::Source;
 use super::state::{Explained, PlannedRun, PromiseOf, RunOdds, State};
 use super::text::{plan_sentence, why_not};
 use augsim_data::random_stream;

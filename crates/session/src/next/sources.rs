@@ -1,27 +1,12 @@
 //! Where explanations come from: discoveries, fits, earlier plans, and model files.
 
 use super::fault::NextFault;
+use super::source::Source;
 use super::state::State;
 use crate::{ModelOrRun, Subject, Usage, discovery_in};
 use augsim_equations::Model;
 use std::collections::BTreeMap;
 use std::path::Path;
-
-/// Difference of log weights below which an explanation is no longer alive: odds of 1000 to 1 against it.
-const MAX_LOG_RATIO: f64 = 6.907_755_278_982_137;
-
-/// A live explanation before it is compiled.
-#[derive(Debug, Clone)]
-pub struct Source {
-    /// Name of the explanation.
-    pub name: String,
-    /// Fitted model.
-    pub model: Model,
-    /// Logarithm of its weight by all earlier data, up to a constant.
-    pub log_weight: f64,
-    /// Widths of smoothed jumps that an earlier plan has chosen, by the text of their argument; empty without one.
-    pub widths: BTreeMap<String, f64>,
-}
 
 /// Reads the live explanations of folders and model files.
 ///
@@ -63,18 +48,22 @@ fn of_path(path: &Path) -> anyhow::Result<Vec<Source>> {
         let name = stem.map_or_else(|| model.name.clone(), |s| s.to_string_lossy().into_owned());
         return Ok(vec![Source { name, model: *model, log_weight: 0.0, widths: BTreeMap::new() }]);
     };
-    let kinds: Vec<&str> = found.effects.iter().map(|e| e.kind.as_str()).collect();
-    let name = if kinds.is_empty() { "calibrated model".to_owned() } else { kinds.join(" + ") };
+    let kinds: Vec<String> = found.effects.iter().map(|e| e.kind.clone()).collect();
+    let name = name_of(&kinds);
     let mut list = vec![Source { name, model: *model, log_weight: 0.0, widths: BTreeMap::new() }];
-    for rival in found.models.rivals.iter().filter(|r| r.over_chosen > -MAX_LOG_RATIO) {
+    for rival in &found.models.rivals {
         let model = list[0].model.parse_changed(&rival.model_toml)?;
-        let name =
-            if rival.kinds.is_empty() { "calibrated model".to_owned() } else { rival.kinds.join(" + ") };
+        let name = name_of(&rival.kinds);
         if list.iter().all(|s| s.name != name) {
             list.push(Source { name, model, log_weight: rival.over_chosen, widths: BTreeMap::new() });
         }
     }
     Ok(list)
+}
+
+/// Name of the explanation with these effects.
+fn name_of(kinds: &[String]) -> String {
+    if kinds.is_empty() { "calibrated model".to_owned() } else { kinds.join(" + ") }
 }
 
 /// Names of the inputs and outputs of a model.

@@ -1,7 +1,7 @@
 //! `plan.json`: the explanations with their evidence, the plan with its promise, and the runs that were heard.
 
 use super::fault::NextFault;
-use super::sources::Source;
+use super::source::Source;
 use crate::Usage;
 use augsim_design::Tally;
 use serde::{Deserialize, Serialize};
