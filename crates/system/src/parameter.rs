@@ -36,6 +36,8 @@ pub struct Parameter {
     pub ci95: Option<[f64; 2]>,
     /// Name of each group and its value, from a fit with `per = "group"`; empty without one.
     pub groups: Vec<(String, f64)>,
+    /// Whether the parameter is the value of a table at a knot. A model file has one list of them for all groups.
+    pub is_knot: bool,
 }
 
 impl Parameter {
@@ -59,7 +61,8 @@ impl Parameter {
 
     /// Creates the parameter for the value of a table at knot `i`, counted from 0; its null value is 0.
     pub fn knot(i: usize) -> Self {
-        Self::free(format!("knot{i}"), 0.0, -MAX_KNOT_VALUE, MAX_KNOT_VALUE)
+        let knot = Self::free(format!("knot{i}"), 0.0, -MAX_KNOT_VALUE, MAX_KNOT_VALUE);
+        Self { is_knot: true, ..knot }
     }
 
     /// Creates a parameter that is calibrated, with one value for all records.
@@ -71,7 +74,7 @@ impl Parameter {
     /// ```
     pub fn free(name: String, nominal: f64, min: f64, max: f64) -> Self {
         let (frozen, per) = (false, Per::All);
-        Self { name, nominal, min, max, frozen, per, ci95: None, groups: Vec::new() }
+        Self { name, nominal, min, max, frozen, per, ci95: None, groups: Vec::new(), is_knot: false }
     }
 }
 

@@ -126,6 +126,13 @@ pub trait Augment: Simulate {
         self.library().get(effect).is_some_and(|e| e.joins.is_none())
     }
 
+    /// Whether an effect gets one value per group only beside the same effect with one value (marginality: Nelder 1977).
+    ///
+    /// With a large library of general forms, many values of one form would stand in for another form.
+    fn groupwise_effects_need_shared(&self) -> bool {
+        false
+    }
+
     /// Tables (functions of one feature) that may be added, given records and their simulated events.
     fn candidate_tables(&self, _records: &[&Record], _events: &[Vec<Event>]) -> Vec<Table> {
         Vec::new()

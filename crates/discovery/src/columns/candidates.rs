@@ -42,7 +42,7 @@ pub(crate) fn library_candidates(data: &Measured, blocks: &Blocks, family: Famil
     }
     if grouped && !data.effects.is_closed() {
         let declared = system.parameters().iter().take(system.declared_count()).enumerate();
-        let single = declared.filter(|(_, p)| !p.frozen && p.per == Per::All);
+        let single = declared.filter(|(_, p)| !p.frozen && !p.is_knot && p.per == Per::All);
         out.extend(single.map(|(index, _)| Addition::split(system, index)));
     }
     out

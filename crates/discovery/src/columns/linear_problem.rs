@@ -183,18 +183,16 @@ impl<'a> ProblemBuilder<'a> {
         }
     }
 
-    /// Candidates in `library` that can join the fitted set or replace one of its additions. An effect with values
-    /// by group is a candidate where the set contains it with one value (marginality: Nelder 1977), so that
-    /// many values do not stand in for another effect; except for a vector, whose mean over groups may vanish.
+    /// Candidates in `library` that can join the fitted set or replace one of its additions.
     fn candidates<'l>(&self, library: &'l [Addition]) -> impl Iterator<Item = &'l Addition> {
         let h = self.at.fit.hypothesis.clone();
+        let need_shared = h.system.groupwise_effects_need_shared();
         let is_candidate = move |a: &&Addition| {
             let known = h.additions.contains(a);
             let joins = a.listed().is_some_and(|effect| effect.joins.is_some());
             let is_tried = match a {
-                Addition::Effect(listed, Per::Group) => {
-                    listed.effect.polar.is_some()
-                        || h.additions.contains(&Addition::Effect(listed.clone(), Per::All))
+                Addition::Effect(listed, Per::Group) if need_shared => {
+                    h.additions.contains(&Addition::Effect(listed.clone(), Per::All))
                 }
                 _ => true,
             };

@@ -103,7 +103,7 @@ impl EquationSystem {
             complete: Arc::default(),
             options,
             window_s: None,
-            parameters: model.parameters.iter().map(schema::parameter).collect(),
+            parameters: schema::parameters(model),
             places: (0..model.parameters.len()).collect(),
             laws: Vec::new(),
             tables: Arc::default(),
@@ -375,6 +375,11 @@ impl Augment for EquationSystem {
         system.compiled = Arc::new(compiled.with_widths_of(&self.compiled));
         system.complete = Arc::default();
         Ok(Arc::new(system))
+    }
+
+    /// Returns true: the rows of the library are general forms, not parts of a known apparatus.
+    fn groupwise_effects_need_shared(&self) -> bool {
+        true
     }
 
     fn null_points(&self, effect: usize) -> Vec<Vec<f64>> {

@@ -136,8 +136,16 @@ pub(super) fn active(model: &Model) -> Vec<usize> {
     (0..model.parameters.len()).filter(|i| !model.parameters[*i].frozen).collect()
 }
 
+/// Converts the parameters of a model file to those of the system interface.
+pub(super) fn parameters(model: &Model) -> Vec<Parameter> {
+    let mut parameters: Vec<Parameter> = model.parameters.iter().map(parameter).collect();
+    let tables = model.additions.iter().filter(|addition| addition.table.is_some());
+    tables.flat_map(|table| table.parameters.clone()).for_each(|i| parameters[i].is_knot = true);
+    parameters
+}
+
 /// Converts a parameter of a model file to one of the system interface.
-pub(super) fn parameter(p: &ModelParameter) -> Parameter {
+fn parameter(p: &ModelParameter) -> Parameter {
     let bound = DEFAULT_BOUND_RATIO * p.nominal.abs().max(1.0);
     let mut parameter = Parameter::free(p.name.clone(), p.nominal, p.min.max(-bound), p.max.min(bound));
     (parameter.frozen, parameter.ci95) = (p.frozen, p.ci95);
