@@ -51,6 +51,13 @@ impl Candidate {
         Experiment { inputs, starts: starts.collect(), times }
     }
 
+    /// Moves the coordinate with the index `place` by `change`, within 0 to 1. Returns whether it moved.
+    pub(crate) fn move_coordinate(&mut self, place: usize, change: f64) -> bool {
+        let coordinate = self.coordinates().swap_remove(place);
+        let moved = (*coordinate + change).clamp(0.0, 1.0);
+        std::mem::replace(coordinate, moved) != moved
+    }
+
     /// All coordinates of the candidate, in a fixed order.
     pub(crate) fn coordinates(&mut self) -> Vec<&mut f64> {
         self.inputs.iter_mut().flat_map(|shape| shape.q.iter_mut()).chain(self.starts.iter_mut()).collect()

@@ -15,12 +15,12 @@
 //! (2)  sum over i ≠ j of w_i w_j mean over draws of c (1 - exp(-(A_ij + D_ij) / c))
 //! ```
 //!
-//! Formula (1) is linear in the rival's parameters; the best candidates are scored again with full refits of recordings without
-//! noise, `refitted`.
-//!
 //! with the log odds A_ij of the runs that are already planned, and c the mean from which nine of ten runs reach the
 //! required odds: a pair that is already separated counts no more. A single explanation is scored by its expected
 //! information gain, half the log of the ratio of the determinants of its covariance before and after (D-optimality).
+//!
+//! Formula (1) is linear in the rival's parameters; the best candidates are scored again with full refits of recordings without
+//! noise, `refitted`.
 
 use crate::candidate::{Candidate, Experiment};
 use crate::error::DesignError;

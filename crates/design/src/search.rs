@@ -15,8 +15,8 @@ const CANDIDATES: u64 = 128;
 const FULLY_SCORED: usize = 16;
 /// Number of the best of these that are refined.
 const REFINED: usize = 2;
-/// Steps of the coordinates in the refinement, largest first.
-const STEPS: [f64; 1] = [0.15];
+/// Step of the coordinates in the refinement.
+const STEP: f64 = 0.15;
 /// Number of parameter draws of each explanation in a score; the fitted values are the first.
 const SCORE_DRAWS: u64 = 3;
 /// Number of parameter draws of each explanation with which the limits of a chosen experiment are checked.
@@ -180,25 +180,18 @@ fn full_score(study: &Study<'_>, planned: &[Vec<f64>], scored: Scored) -> Option
     Some((study.value(&scored, planned), scored))
 }
 
-/// Improves a candidate coordinate by coordinate, with smaller and smaller steps.
+/// Improves a candidate coordinate by coordinate.
 fn refine(study: &Study<'_>, planned: &[Vec<f64>], mut best: (f64, Scored)) -> (f64, Scored) {
-    for step in STEPS {
-        for place in 0..best.1.candidate.clone().coordinates().len() {
-            for change in [step, -step] {
-                let mut candidate = best.1.candidate.clone();
-                {
-                    let mut coordinates = candidate.coordinates();
-                    let moved = (*coordinates[place] + change).clamp(0.0, 1.0);
-                    if moved == *coordinates[place] {
-                        continue;
-                    }
-                    *coordinates[place] = moved;
-                }
-                let better = study.score(&candidate).and_then(|scored| full_score(study, planned, scored));
-                if let Some(better) = better.filter(|b| b.0 > best.0) {
-                    best = better;
-                    break;
-                }
+    for place in 0..best.1.candidate.clone().coordinates().len() {
+        for change in [STEP, -STEP] {
+            let mut candidate = best.1.candidate.clone();
+            if !candidate.move_coordinate(place, change) {
+                continue;
+            }
+            let better = study.score(&candidate).and_then(|scored| full_score(study, planned, scored));
+            if let Some(better) = better.filter(|b| b.0 > best.0) {
+                best = better;
+                break;
             }
         }
     }

@@ -1,5 +1,6 @@
 //! Command-line options of `discover`.
 
+use crate::record::Record;
 use augsim_data::checks::Check;
 use augsim_session::DataFrom;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -73,6 +74,15 @@ pub struct TimeColumn {
 }
 
 impl TimeColumn {
+    /// Adds the named columns to the record of a command.
+    pub fn recorded(&self, record: Record) -> Record {
+        let named = [("time", &self.time), ("group-by", &self.group_by)];
+        named.into_iter().fold(record, |record, (name, column)| match column {
+            Some(column) => record.setting(name, column),
+            None => record,
+        })
+    }
+
     /// Returns the data in the file or folder `path`, read with these columns.
     pub fn of(&self, path: &Path) -> DataFrom {
         DataFrom::with_time(path, self.time.as_deref()).with_groups(self.group_by.as_deref())

@@ -188,10 +188,7 @@ fn claim(
         .setting("accept", args.accept.accept.iter().map(ToString::to_string).collect::<Vec<_>>().join(", "))
         .input("model", &args.model)
         .inputs("data", &args.data);
-    let record = match &args.time.time {
-        Some(time) => record.setting("time", time),
-        None => record,
-    };
+    let record = args.time.recorded(record);
     let record = match args.time_limit {
         Some(seconds) => record.setting("time-limit", seconds),
         None => record,

@@ -29,10 +29,7 @@ pub fn run(args: &Fit, force: bool, output: &Output) -> anyhow::Result<Outcome> 
     let mut inputs: Vec<&Path> = [&args.model].into_iter().chain(&args.data).map(PathBuf::as_path).collect();
     inputs.extend(description.as_ref().map(|copy| copy.source.as_path()));
     let record = Record::new("fit").input("model", &args.model).inputs("data", &args.data);
-    let record = match &args.time.time {
-        Some(time) => record.setting("time", time),
-        None => record,
-    };
+    let record = args.time.recorded(record);
     let record = description.iter().fold(record, |record, copy| record.input("robot", &copy.source));
     let copied = description.as_ref().filter(|copy| !copy.is_in_place).map(|copy| copy.name.as_str());
     let files: Vec<&str> = [MODEL, RESULT].into_iter().chain(copied).collect();

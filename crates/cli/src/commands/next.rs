@@ -30,7 +30,7 @@ pub fn next(args: &Next, seed: u64, force: bool, output: &Output) -> anyhow::Res
         .inputs("explanation", &args.explanations)
         .inputs("data", &paths);
     record = args.limits.iter().fold(record, |record, file| record.input("limits", file));
-    record = args.time.time.iter().fold(record, |record, time| record.setting("time", time));
+    record = args.time.recorded(record);
     let inputs: Vec<&Path> =
         args.explanations.iter().chain(&paths).chain(&args.limits).map(PathBuf::as_path).collect();
     let names: Vec<String> = (1..=args.budget).map(|k| format!("run-{k}.csv")).collect();
@@ -78,7 +78,7 @@ pub fn next(args: &Next, seed: u64, force: bool, output: &Output) -> anyhow::Res
 /// Runs `augsim listen`: updates the weights of the explanations by new recordings.
 pub fn hear(args: &Listen, force: bool, output: &Output) -> anyhow::Result<Outcome> {
     let mut record = Record::new("listen").input("plan", &args.plan).inputs("data", &args.data);
-    record = args.time.time.iter().fold(record, |record, time| record.setting("time", time));
+    record = args.time.recorded(record);
     let inputs: Vec<&Path> = [&args.plan].into_iter().chain(&args.data).map(PathBuf::as_path).collect();
     let files = [PLAN, REPORT];
     let claim = Results { folder: &args.out, files: &files, inputs: &inputs, record, force }.claim()?;

@@ -21,6 +21,7 @@ mod write;
 use crate::text::Tree;
 pub use addition::{Addition, Change, Draft, DraftState, DraftTarget, How, Target};
 use augsim_data::{Dimensions, Unit};
+use augsim_system::NORMAL_95;
 pub use covariance::Covariance;
 pub use external::{External, Force};
 pub use read::{parse, read};
@@ -152,6 +153,15 @@ pub struct GroupValues {
 }
 
 impl Parameter {
+    /// Sets the value to `value` within the bounds, with the 95 % interval of a normal distribution of standard deviation
+    /// `sd` about it; without an interval if that has no width within the bounds.
+    pub fn set_estimate(&mut self, value: f64, sd: f64) {
+        self.nominal = value.clamp(self.min, self.max);
+        let [low, high] = [self.nominal - NORMAL_95 * sd, self.nominal + NORMAL_95 * sd];
+        let [low, high] = [low.max(self.min), high.min(self.max)];
+        self.ci95 = (low < high).then_some([low, high]);
+    }
+
     /// Value of the parameter for recordings of a group: the nominal value where the group has no value of its own.
     pub fn value_for(&self, group: Option<&str>) -> f64 {
         let values = self.by_group.iter().flat_map(|by_group| &by_group.values);

@@ -140,7 +140,8 @@ pub struct TriedInterpolation {
 /// [`Usage`] for another kind of model. The data do not fit the model, or fail a check that is not in
 /// `accepted`. The model cannot be simulated.
 ///
-/// With `is_new_unit` only the values by group are fitted, for a group that the model does not know, see [`new_unit`].
+/// With `is_new_unit` only the values by group are fitted, for a group that the model does not know
+/// (empirical Bayes).
 ///
 /// After `until` the fit ends with the best values so far. `interim` receives the result before the noise is
 /// estimated, which may take as long as the fit.

@@ -14,7 +14,6 @@ use augsim_data::{Dataset, Trajectory};
 use augsim_equations::Model;
 use augsim_equations::model::Covariance;
 use augsim_linear::{Mat, solve_positive_definite};
-use augsim_system::NORMAL_95;
 use std::collections::BTreeSet;
 use thiserror::Error;
 
@@ -94,20 +93,11 @@ pub(super) fn combine_with_distribution(fitted: &mut Fitted, fleet: &Model) {
     for (p, declared) in model.parameters.iter_mut().zip(&fleet.parameters) {
         (p.frozen, p.ci95) = (declared.frozen, declared.ci95);
         if let Some(sd) = declared.by_group.as_ref().and_then(|g| g.sd) {
-            p.nominal = declared.nominal;
-            p.ci95 = interval(p.nominal, sd, [p.min, p.max]);
+            p.set_estimate(declared.nominal, sd);
         }
     }
     for (a, i) in known.iter().enumerate() {
-        let p = &mut model.parameters[*i];
-        p.nominal = values[a].clamp(p.min, p.max);
-        p.ci95 = interval(p.nominal, rows[a][a].max(0.0).sqrt(), [p.min, p.max]);
+        model.parameters[*i].set_estimate(values[a], rows[a][a].max(0.0).sqrt());
     }
     model.covariance = Some(Covariance { parameters: known, rows });
-}
-
-/// 95 % interval of a value with this standard deviation, within its bounds; `None` if it has no width.
-fn interval(value: f64, sd: f64, [min, max]: [f64; 2]) -> Option<[f64; 2]> {
-    let [low, high] = [(value - NORMAL_95 * sd).max(min), (value + NORMAL_95 * sd).min(max)];
-    (low < high).then_some([low, high])
 }

@@ -114,11 +114,7 @@ fn noise(name: &str, model: &Model) -> Result<Noise, Usage> {
 pub(super) fn write_back(model: &mut Model, explanation: &Explanation) {
     let sds = explanation.standard_deviations();
     for (index, sd) in explanation.uncertain.iter().zip(sds) {
-        let value = explanation.values[*index];
-        let p = &mut model.parameters[*index];
-        p.nominal = value;
-        let [low, high] = [(value - NORMAL_95 * sd).max(p.min), (value + NORMAL_95 * sd).min(p.max)];
-        p.ci95 = (low < high).then_some([low, high]);
+        model.parameters[*index].set_estimate(explanation.values[*index], sd);
     }
     model.covariance =
         Some(Covariance { parameters: explanation.uncertain.clone(), rows: explanation.covariance() });
