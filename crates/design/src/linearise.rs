@@ -78,8 +78,8 @@ impl Explanation {
         let seeds: Vec<Seed> = (0..start.mean.len()).map(Seed::Start).collect();
         let out = self.simulate(record, &self.values, &start.mean, &seeds)?;
         let broad = |state: usize| {
-            use augsim_system::InitialValue::{Prior, PriorAboutExpression};
-            if let Some(Prior(..) | PriorAboutExpression(_)) =
+            use augsim_system::InitialValue::{Prior, PriorAboutExpression, PriorAboutRecord};
+            if let Some(Prior(..) | PriorAboutExpression(_) | PriorAboutRecord(_)) =
                 self.system.schema().states.get(state).map(|s| s.initial)
             {
                 return 1.0;

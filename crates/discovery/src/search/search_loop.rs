@@ -347,7 +347,7 @@ impl SearchResult {
         loop {
             let set = self.sets[current].clone();
             let p_values = self.p_values(&set);
-            let excess = |n: &usize| p_values[*n] / significance_level(search, &set, *n);
+            let excess = |n: &usize| p_values[*n] / self.significance_level(search, &set, *n);
             let tested = (0..p_values.len()).filter(|n| is_tested(&set.additions()[*n]));
             let worst = tested.max_by(|a, b| excess(a).total_cmp(&excess(b)));
             let Some(number) = worst.filter(|n| excess(n) > 1.0 || excess(n).is_nan()) else {
@@ -365,7 +365,44 @@ impl SearchResult {
 
     /// Whether every addition of a set is significant.
     pub fn is_significant(&self, search: &Search<'_>, set: &Scored) -> bool {
-        self.p_values(set).iter().enumerate().all(|(n, p)| *p <= significance_level(search, set, n))
+        self.p_values(set).iter().enumerate().all(|(n, p)| *p <= self.significance_level(search, set, n))
+    }
+
+    /// Level at which an addition of a set must be significant. It is corrected for the number of candidates,
+    /// unless the gain of the addition has exceeded a penalty that accounts for it.
+    fn significance_level(&self, search: &Search<'_>, set: &Scored, number: usize) -> f64 {
+        let gains_in_blocks =
+            |less: &Evidence| set.has_states(number) && set.evidence.p_value_of_gain(less) <= ALPHA;
+        if set.is_judged_by_gain(number) || self.evidence_without(set, number).is_some_and(gains_in_blocks) {
+            ALPHA
+        } else {
+            search.level(&set.additions()[number])
+        }
+    }
+
+    /// Fits the set `remaining` with each of the additions `others` that gain most in the linear problem, unless the set was
+    /// fitted before; then the subsets of the best set.
+    pub fn fit_exchanges(
+        &mut self,
+        search: &Search<'_>,
+        from: &Scored,
+        remaining: &[Addition],
+        others: &[Addition],
+    ) {
+        let number = self.index_or_fit(search, from, remaining);
+        let base = self.sets[number].clone();
+        let problem = LinearProblem::new(&search.sample(), &search.view.blocks, &base, others);
+        let adds_one = |chosen: &&LinearSet| {
+            chosen.groups.len() == problem.fitted.len() + 1
+                && problem.fitted.iter().all(|g| chosen.groups.contains(g))
+        };
+        let chosen = select(&problem, self.penalty);
+        let sets = chosen.iter().filter(adds_one).map(|chosen| set_of(&problem, &base, chosen));
+        let new: Vec<_> = sets.filter(|(set, _)| self.with_key(&labels(set)).is_none()).collect();
+        let fitted: Vec<Scored> =
+            new.par_iter().map(|(set, starts)| search.refit(&base.fit, set, starts)).collect();
+        self.sets.extend(fitted.into_iter().filter(Scored::is_finite));
+        complete(search, self);
     }
 
     /// Index of the set with these additions among the fitted ones. Fits it, starting from `from`, if it is
@@ -378,10 +415,4 @@ impl SearchResult {
         self.sets.push(search.refit(&from.fit, additions, &Vec::new()));
         self.sets.len() - 1
     }
-}
-
-/// Level at which an addition of a set must be significant. It is corrected for the number of candidates,
-/// unless the gain of the addition has exceeded a penalty that accounts for it.
-fn significance_level(search: &Search<'_>, set: &Scored, number: usize) -> f64 {
-    if set.is_judged_by_gain(number) { ALPHA } else { search.level(&set.additions()[number]) }
 }

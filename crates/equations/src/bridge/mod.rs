@@ -343,6 +343,10 @@ impl Simulate for EquationSystem {
     fn start_mean(&self, record: &Record, state: usize, parameters: &[f64], start: &[f64]) -> f64 {
         self.mean_of_start(record, state, parameters, start)
     }
+
+    fn effect_starts(&self, record: &Record, first: usize) -> Vec<f64> {
+        self.starts_of_effects(record, first)
+    }
 }
 
 impl Augment for EquationSystem {

@@ -14,6 +14,11 @@ pub(super) struct EngineTask {
     pub(super) parameters: Vec<f64>,
 }
 
+/// Returns a number, or 0 if it is not finite.
+fn finite_or_zero(x: f64) -> f64 {
+    if x.is_finite() { x } else { 0.0 }
+}
+
 /// Number of value columns of a prepared input stream: coefficients of the powers 0 to 3 of time.
 ///
 /// The time is counted from the knot at which the cubic begins.
@@ -56,11 +61,13 @@ impl EquationSystem {
             parameters[*place] += difference;
         }
         let mut start = task.start.to_vec();
-        if start.len() == declared && declared < model.states.len() {
-            // States of effects start where their expressions say; the task has start values only for the
-            // declared states.
+        let is_unknown = |start: &[f64]| start[declared.min(start.len())..].iter().any(|x| x.is_nan());
+        if declared < model.states.len() && (start.len() == declared || is_unknown(&start)) {
+            // States of effects start where their expressions say, if the task has no values for them.
             let guessed = self.guess(task.record, task.window.start, &parameters);
-            start.extend(guessed.into_iter().skip(declared).map(|x| if x.is_finite() { x } else { 0.0 }));
+            start.resize(model.states.len(), f64::NAN);
+            let of_effects = start.iter_mut().zip(guessed).skip(declared);
+            of_effects.filter(|(x, _)| x.is_nan()).for_each(|(x, known)| *x = finite_or_zero(known));
         }
         Task { start: &start, ..task.clone() }.check(&self.schema, self.parameters.len())?;
         let times = task.times();
@@ -90,9 +97,16 @@ impl EquationSystem {
         let mut full = start.to_vec();
         if start.len() < self.model().states.len() {
             let guessed = self.guess(record, 0, &self.model().nominals());
-            full.extend(guessed.into_iter().skip(start.len()).map(|x| if x.is_finite() { x } else { 0.0 }));
+            full.extend(guessed.into_iter().skip(start.len()).map(finite_or_zero));
         }
         full
+    }
+
+    /// Initial values of the states of effects at sample `first` of a record, from their `start` expressions.
+    pub(super) fn starts_of_effects(&self, record: &Record, first: usize) -> Vec<f64> {
+        let declared = self.model().declared_states();
+        let guessed = self.guess(record, first, &self.model().nominals());
+        guessed.into_iter().skip(declared).map(finite_or_zero).collect()
     }
 
     /// Guesses the initial state from the model's `start` expressions, on the samples from number `first` on.
@@ -156,7 +170,6 @@ impl EquationSystem {
         }
         record.initial_sample_count = START_SAMPLES.min(record.times.len());
         let parameters = model.nominals();
-        let finite_or_zero = |x: f64| if x.is_finite() { x } else { 0.0 };
         let record_start: Vec<f64> =
             self.guess(record, 0, &parameters).into_iter().map(finite_or_zero).collect();
         let cuts = self.cuts(&record.times);

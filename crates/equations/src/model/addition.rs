@@ -128,6 +128,10 @@ pub struct DraftState {
     pub rate: String,
     /// Initial value of the state: a number, or the text of an expression as under `start` in a model file.
     pub start: String,
+    /// Quantity whose root mean square is the standard deviation of the initial value about `start`.
+    pub spread: Option<String>,
+    /// Standard deviation of the initial value about `start`; `None` until it is computed from data.
+    pub sd: Option<f64>,
 }
 
 impl Addition {
@@ -173,9 +177,9 @@ impl Scope for View<'_> {
         }
         let mut known_names = quantities.clone();
         match known_names.find(|(n, _)| *n == name) {
-            Some((_, Symbol::State(_) | Symbol::Let(_))) if self.is_start => Err(Problem::NotHere {
+            Some((_, Symbol::Let(_))) if self.is_start => Err(Problem::NotHere {
                 name: name.into(),
-                why: "a start value may use only outputs, inputs and parameters",
+                why: "a start value may use only outputs, states, inputs and parameters",
             }),
             Some((_, symbol)) => Ok(symbol),
             None => {
@@ -355,7 +359,7 @@ impl<'m> DraftReader<'m> {
                 name: format!("{prefix}.{}", state.name),
                 unit: None,
                 start: self.parse("start", &state.start, true)?,
-                sd: None,
+                sd: state.sd,
                 min: None,
                 max: None,
                 shared: false,

@@ -21,8 +21,16 @@ pub struct FirstSamples<'a> {
 
 impl Model {
     /// Evaluates the `start` expression of each state; NaN if an output that it uses has no measured value.
+    ///
+    /// Those of effects may use the declared states.
     pub fn guess_start(&self, samples: &FirstSamples<'_>) -> Vec<f64> {
-        self.states.iter().map(|state| state.start.tree.value(samples)).collect()
+        let (declared, of_effects) = self.states.split_at(self.declared_states());
+        let mut start: Vec<f64> = declared.iter().map(|state| state.start.tree.value(samples)).collect();
+        for state in of_effects {
+            let value = state.start.tree.value(&StartOfEffect { samples, start: &start });
+            start.push(value);
+        }
+        start
     }
 }
 
@@ -33,6 +41,29 @@ impl Model {
     /// which has measurement noise.
     pub(crate) fn start_mean(&self, state: usize, samples: &FirstSamples<'_>, start: &[f64]) -> f64 {
         self.states[state].start.tree.value(&StartMean { model: self, samples, start })
+    }
+}
+
+/// Values for a `start` expression of an effect: first samples, and initial values of the states before it.
+struct StartOfEffect<'a> {
+    samples: &'a FirstSamples<'a>,
+    start: &'a [f64],
+}
+
+impl Bindings for StartOfEffect<'_> {
+    fn symbol(&self, symbol: Symbol) -> f64 {
+        match symbol {
+            Symbol::State(i) => self.start.get(i).copied().unwrap_or(f64::NAN),
+            _ => self.samples.symbol(symbol),
+        }
+    }
+
+    fn table(&self, table: usize, at: f64) -> f64 {
+        self.samples.table(table, at)
+    }
+
+    fn slope(&self, output: usize) -> f64 {
+        self.samples.slope(output)
     }
 }
 
