@@ -88,7 +88,7 @@ impl Lanes {
         let (record, rough) = (window.record, &window.window.start);
         let mut rough = rough.clone();
         if self.effect_starts > 0 {
-            let of_effects = h.system.effect_starts(&record.data, window.window.samples.start);
+            let of_effects = h.system.effect_starts(&record.data, window.window.samples.start, &rough);
             rough.resize(h.system.schema().states.len() - of_effects.len(), 0.0);
             rough.extend(of_effects);
         }
@@ -551,7 +551,7 @@ pub(crate) fn nuisance_priors(point: &Point<'_>, lanes: &Lanes, window: RecordWi
     let states = &point.system.schema().states;
     let of_effects = match lanes.effect_starts {
         0 => Vec::new(),
-        _ => point.system.effect_starts(&window.record.data, window.window.samples.start),
+        _ => point.system.effect_starts(&window.record.data, window.window.samples.start, &point.start),
     };
     let start = |&state: &usize| match states[state].initial {
         InitialValue::PriorAboutRecord(sd) => {

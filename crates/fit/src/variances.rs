@@ -236,7 +236,7 @@ impl<'a> NoiseProblem<'a> {
     fn rough_start(&self, record: &Record) -> Vec<f64> {
         let mut start =
             self.complete_start(&record.windows.first().map(|w| w.start.clone()).unwrap_or_default());
-        let of_effects = self.system.system.effect_starts(record, 0);
+        let of_effects = self.system.system.effect_starts(record, 0, &start);
         let first = start.len().saturating_sub(of_effects.len());
         start[first..]
             .iter_mut()

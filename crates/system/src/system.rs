@@ -73,8 +73,8 @@ pub trait Simulate: Debug + Send + Sync {
 
     /// Initial values of the states of effects in a window that begins at sample `first` of a record.
     ///
-    /// They follow those of the declared states. The default is for systems whose effects have no states.
-    fn effect_starts(&self, _record: &Record, _first: usize) -> Vec<f64> {
+    /// They follow those of the declared states, whose initial values are `declared`. The default is for systems whose effects have no states.
+    fn effect_starts(&self, _record: &Record, _first: usize, _declared: &[f64]) -> Vec<f64> {
         Vec::new()
     }
 

@@ -9,8 +9,8 @@ use crate::fit::fit_nuisance;
 use crate::score::{Evidence, Scored};
 use rayon::prelude::*;
 
-/// Maximum number of new sets per round that are refitted with one more effect than the best set. In the
-/// first round all effects compete, and [`MAX_EQUAL_SETS`] more are refitted.
+/// Maximum number of new sets per round that are refitted with one more effect than the best set, with and without
+/// effects that depend on the past. In the first round all effects compete, and [`MAX_EQUAL_SETS`] more are refitted.
 const MAX_LARGER_SETS: usize = 4;
 /// Maximum number of new sets per round that are refitted with as many effects as the best set.
 const MAX_EQUAL_SETS: usize = 4;
@@ -19,9 +19,10 @@ const MAX_OTHER_SETS: usize = 3;
 /// Maximum deficit of a set behind the present one in the linear problem for it to be refitted, nats (odds of
 /// 100 to 1).
 const MAX_DEFICIT: f64 = 4.6;
-/// Number of sets of each size class that are refitted even beyond [`MAX_DEFICIT`], because the linear
-/// problem is approximate. The classes are one effect more than the best set, as many, and any other number.
-const MIN_SETS_PER_KIND: usize = 1;
+/// Number of sets of each class that are refitted even beyond [`MAX_DEFICIT`], because the linear problem is
+/// approximate. The classes are one effect more than the best set, as many, and any other number, each with and
+/// without effects that depend on the past.
+const MIN_SETS_PER_CLASS: usize = 1;
 /// Minimum improvement of a set for it to be refitted, as a share of the improvement of the best set.
 const MIN_IMPROVEMENT_SHARE: f64 = 0.05;
 /// Maximum number of search rounds. Each adds or exchanges an effect, and a set has at most five.
@@ -182,29 +183,28 @@ fn sets_to_refit(search: &Search<'_>, found: &SearchResult) -> Vec<(Vec<Addition
     let selected = chosen.iter().map(|c| (c.value, set_of(&problem, best, c)));
     let others = sets_without_columns(search, best, &problem, &chosen);
     let size = best.additions().len();
-    let mut room = [
-        if size == 0 { MAX_LARGER_SETS + MAX_EQUAL_SETS } else { MAX_LARGER_SETS },
-        MAX_EQUAL_SETS,
-        MAX_OTHER_SETS,
-    ];
-    let mut tried = [0; 3];
+    let larger = if size == 0 { MAX_LARGER_SETS + MAX_EQUAL_SETS } else { MAX_LARGER_SETS };
+    // Sets with states of effects fit much, and would leave no room for laws of present values.
+    let mut room = [[larger, MAX_EQUAL_SETS, MAX_OTHER_SETS]; 2];
+    let mut tried = [[0; 3]; 2];
     let sets =
         selected.map(|(value, set)| (Some(value), set)).chain(others.into_iter().map(|set| (None, set)));
     for (value, (additions, starts)) in sets {
         let key = labels(&additions);
-        let kind = match additions.len() {
+        let memory = usize::from(additions.iter().any(Addition::depends_on_past));
+        let size_class = match additions.len() {
             n if n == size + 1 => 0,
             n if n == size => 1,
             _ => 2,
         };
-        let is_refused =
-            value.is_some_and(|v| room[kind] == 0 || v < threshold && tried[kind] >= MIN_SETS_PER_KIND);
+        let (room, tried) = (&mut room[memory][size_class], &mut tried[memory][size_class]);
+        let is_refused = value.is_some_and(|v| *room == 0 || v < threshold && *tried >= MIN_SETS_PER_CLASS);
         if known_keys.contains(&key) || is_refused {
             continue;
         }
         if value.is_some() {
-            room[kind] -= 1;
-            tried[kind] += 1;
+            *room -= 1;
+            *tried += 1;
         }
         known_keys.push(key);
         out.push((additions, starts));

@@ -14,6 +14,12 @@ use crate::system::System;
 /// Share of its scale below which the value of a condition counts as 0 within rounding.
 const ROUNDING_RATIO: f64 = 1e-12;
 
+/// Maximum number of times that bounds are reached or left in one step.
+///
+/// Steps resolve the rates, so that a state reaches and leaves its bound about once in a step. More often means that the
+/// rates turn at the bound: the state would be moved back to it again and again, without end.
+const MAX_BOUND_CROSSINGS_PER_STEP: usize = 16;
+
 /// A cause of a discontinuity, which occurs where the trigger's value rises through 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Trigger {
@@ -78,9 +84,9 @@ impl Lane {
         (time, h): (f64, f64),
         columns: Option<&Columns>,
     ) -> Result<(), StepFailure> {
-        let mut done = 0.0;
-        // Each round handles one discontinuity. Every event counts towards the limit of the window, and
-        // bounds and rests cannot alternate without an event or time passing.
+        let (mut done, mut crossings) = (0.0, 0);
+        // Each round handles one discontinuity. Every event counts towards the limit of the window, and every
+        // bound that is reached or left towards that of the step.
         for _ in 0..MAX_EVENTS_PER_WINDOW {
             let now = time + done;
             self.update_bounds_and_rests(system, now);
@@ -138,6 +144,12 @@ impl Lane {
             self.block.x = begin;
             self.advance(system, method, (now, event_time), columns)?;
             self.cross_discontinuity(system, now + event_time, trigger, columns)?;
+            if let Trigger::BoundReached { state, .. } | Trigger::BoundLeft { state, .. } = trigger {
+                crossings += 1;
+                if crossings > MAX_BOUND_CROSSINGS_PER_STEP {
+                    return Err(StepFailure::Chatter(state, now + event_time));
+                }
+            }
             done += event_time;
             if done >= h {
                 return Ok(());

@@ -18,6 +18,10 @@ pub enum SimulationError {
     )]
     Zeno { record: String, time: f64, event: String },
     #[error(
+        "{record}: states.{state} reaches its bound and leaves it again and again from t = {time} s on; its rate must not turn away from the bound at once where it points to it just inside"
+    )]
+    Chatter { record: String, time: f64, state: String },
+    #[error(
         "rates.{state} is stiff: its fastest rate is {rate:.1e} per second, {ratio:.0} times the sample rate; check the unit of time (--time COLUMN:UNIT) and the values of the parameters; if both are right, set [numerics] integrator = \"implicit\", or increase sign_width"
     )]
     Stiff { state: String, rate: f64, ratio: f64 },

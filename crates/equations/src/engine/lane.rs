@@ -37,6 +37,8 @@ pub(crate) struct Lane {
 pub(crate) enum StepFailure {
     TooManyEvents(usize, f64),
     Zeno(usize, f64),
+    /// A state that reaches and leaves its bound again and again, and the time.
+    Chatter(usize, f64),
     NoConvergence(f64),
 }
 
@@ -53,6 +55,10 @@ impl StepFailure {
                 allowed: MAX_EVENTS_PER_WINDOW,
             },
             StepFailure::Zeno(event, time) => SimulationError::Zeno { record, time, event: name(event) },
+            StepFailure::Chatter(state, time) => {
+                let state = system.model.states.get(state).map_or_else(String::new, |s| s.name.clone());
+                SimulationError::Chatter { record, time, state }
+            }
             StepFailure::NoConvergence(time) => SimulationError::NoConvergence { record, time },
         }
     }

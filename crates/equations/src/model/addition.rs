@@ -4,7 +4,7 @@ use super::{Expression, Model, Parameter, State};
 use crate::error::{Fault, ModelError, Place};
 use crate::limits;
 use crate::nearest::nearest;
-use crate::text::{self, Problem, Scope, Symbol, Tree};
+use crate::text::{self, Kind, Problem, Scope, Symbol, Tree};
 use augsim_data::{Unit, escaped_short};
 use std::ops::Range;
 
@@ -344,6 +344,20 @@ impl<'m> DraftReader<'m> {
         Ok(Expression { tree, line: self.draft.line, key })
     }
 
+    /// Parses the `start` of a state of the effect.
+    ///
+    /// An output that is the value of a declared state stands for that state: its first reading has noise.
+    fn start(&self, text: &str) -> Result<Expression, ModelError> {
+        let mut start = self.parse("start", text, true)?;
+        if let [node] = &mut start.tree.nodes[..]
+            && let Kind::Symbol(Symbol::Output(output)) = node.kind
+            && let Some(state) = self.model.state_of_output(output)
+        {
+            node.kind = Kind::Symbol(Symbol::State(state));
+        }
+        Ok(start)
+    }
+
     /// Parses the changes that the effect makes to the equations.
     fn changes(&self) -> Result<Vec<Change>, ModelError> {
         let change = |((target, how), text): &(DraftTarget, String)| {
@@ -358,7 +372,7 @@ impl<'m> DraftReader<'m> {
             Ok(State {
                 name: format!("{prefix}.{}", state.name),
                 unit: None,
-                start: self.parse("start", &state.start, true)?,
+                start: self.start(&state.start)?,
                 sd: state.sd,
                 min: None,
                 max: None,

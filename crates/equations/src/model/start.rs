@@ -1,7 +1,7 @@
 //! Guesses the initial states of windows from the first measured samples.
 
-use super::Model;
-use crate::text::{Bindings, Symbol};
+use super::{Model, State};
+use crate::text::{Bindings, Kind, Symbol};
 
 /// Number of samples through which `slope` fits the least-squares line.
 const SLOPE_SAMPLES: usize = 5;
@@ -24,13 +24,28 @@ impl Model {
     ///
     /// Those of effects may use the declared states.
     pub fn guess_start(&self, samples: &FirstSamples<'_>) -> Vec<f64> {
-        let (declared, of_effects) = self.states.split_at(self.declared_states());
-        let mut start: Vec<f64> = declared.iter().map(|state| state.start.tree.value(samples)).collect();
-        for state in of_effects {
+        let declared = &self.states[..self.declared_states()];
+        let start = declared.iter().map(|state| state.start.tree.value(samples)).collect();
+        self.with_starts_of_effects(samples, start)
+    }
+
+    /// Appends the initial values of the states of effects to those of the declared states.
+    pub(crate) fn with_starts_of_effects(&self, samples: &FirstSamples<'_>, declared: Vec<f64>) -> Vec<f64> {
+        let mut start = declared;
+        for state in &self.states[self.declared_states()..] {
             let value = state.start.tree.value(&StartOfEffect { samples, start: &start });
             start.push(value);
         }
         start
+    }
+
+    /// States of effects that begin with the value of the declared state `state`, and have no distribution about it.
+    pub(crate) fn states_that_start_as(&self, state: usize) -> impl Iterator<Item = usize> + '_ {
+        let starts_as = move |other: &State| {
+            let [node] = &other.start.tree.nodes[..] else { return false };
+            other.sd.is_none() && node.kind == Kind::Symbol(Symbol::State(state))
+        };
+        (self.declared_states()..self.states.len()).filter(move |i| starts_as(&self.states[*i]))
     }
 }
 
