@@ -9,20 +9,27 @@ use crate::search::Search;
 use crate::stages::{SearchStage, search_in};
 
 /// Ratio of residual standard deviation to noise above which formulas are searched; below it no prediction
-/// would improve.
+/// would improve. Formulas are also searched where a hidden state is named.
 const BEYOND_NOISE: f64 = 1.1;
 
-/// Whether the residuals of the set of effects that would be named exceed the noise.
+/// Whether formulas may explain more than the set of effects that would be named: its residuals exceed the noise, or it
+/// depends on the past.
 ///
-/// The best set may fit better: it also has effects that are not significant.
-fn exceeds_noise(prepared: &Prepared, searched: &mut SearchStage) -> bool {
+/// The best set may leave smaller residuals: it also has effects that are not significant. Hidden states have free initial
+/// values in every window, with which they imitate laws of present values.
+fn needs_formulas(prepared: &Prepared, searched: &mut SearchStage) -> bool {
     let SearchStage { view, families, found } = searched;
     let named = crate::judge::named_set(&Search::new(view, families, &prepared.clock), found);
-    let residual_sd = residual_sds(&view.sample(), &found.sets[named].fit);
-    residual_sd.iter().zip(&prepared.noise.sd).any(|(residual_sd, sd)| *residual_sd > BEYOND_NOISE * sd)
+    let set = &found.sets[named];
+    let residual_sd = residual_sds(&view.sample(), &set.fit);
+    set.additions().iter().any(Addition::depends_on_past)
+        || residual_sd
+            .iter()
+            .zip(&prepared.noise.sd)
+            .any(|(residual_sd, sd)| *residual_sd > BEYOND_NOISE * sd)
 }
 
-/// Repeats the search with formulas as further candidates if the residuals exceed the noise. Keeps the first
+/// Repeats the search with formulas as further candidates where they may explain more. Keeps the first
 /// result unless the set of effects that is then named contains a formula.
 pub(crate) fn search_formulas(
     prepared: &Prepared,
@@ -35,7 +42,7 @@ pub(crate) fn search_formulas(
         || options.effects.is_closed()
         || !system.library().iter().any(|effect| effect.formula_domain.is_some())
         || prepared.clock.is_over()
-        || !exceeds_noise(prepared, &mut searched)
+        || !needs_formulas(prepared, &mut searched)
     {
         return searched;
     }

@@ -79,7 +79,7 @@ pub(crate) fn run(
 ) -> SearchResult {
     let mut found = SearchResult::calibrated_only(base, search.penalty());
     found.sets.extend(known.into_iter().filter(Scored::is_finite));
-    update_best(&mut found);
+    update_best_within_bounds(&mut found);
     for round in 0..MAX_ROUNDS {
         report_share(round as f64 / MAX_ROUNDS as f64);
         if search.clock.is_over() {
@@ -98,11 +98,12 @@ pub(crate) fn run(
         let fitted: Vec<Scored> = candidates.par_iter().filter_map(refit).collect();
         let has_new = !fitted.is_empty();
         found.sets.extend(fitted.into_iter().filter(Scored::is_finite));
-        update_best(&mut found);
+        update_best_within_bounds(&mut found);
         if !has_new || found.best().key() == previous_key {
             break;
         }
     }
+    update_best(&mut found);
     if !search.clock.is_over() {
         complete(search, &mut found);
     }
@@ -146,6 +147,19 @@ pub(crate) fn repeat_choice(search: &Search<'_>, base: Scored, known: &SearchRes
 /// Updates the best of all fitted sets. Because the independent share differs between sets, three sets may
 /// each be better than the next; visited sets are not revisited.
 fn update_best(found: &mut SearchResult) {
+    update_best_among(found, &|_| true);
+}
+
+/// As [`update_best`], among the sets that leave all declared parameters within their bounds.
+///
+/// Effects that only imitate the missing one often drive declared parameters to their bounds; the search goes on from a
+/// set that does not. The final choice is among all sets.
+fn update_best_within_bounds(found: &mut SearchResult) {
+    let is_within = |set: &Scored| set.fit.hypothesis.declared_parameter_at_bound(&set.fit.theta).is_none();
+    if is_within(found.base()) { update_best_among(found, &is_within) } else { update_best(found) }
+}
+
+fn update_best_among(found: &mut SearchResult, is_allowed: &dyn Fn(&Scored) -> bool) {
     let mut visited = vec![found.best];
     loop {
         let is_better = |n: &usize| {
@@ -153,8 +167,9 @@ fn update_best(found: &mut SearchResult) {
             let same = one.key() == best.key();
             if same { one.fit.ll > best.fit.ll + 1e-6 } else { found.margin(one, best) > 0.0 }
         };
-        let better: Vec<usize> =
-            (0..found.sets.len()).filter(|n| !visited.contains(n) && is_better(n)).collect();
+        let better: Vec<usize> = (0..found.sets.len())
+            .filter(|n| !visited.contains(n) && is_allowed(&found.sets[*n]) && is_better(n))
+            .collect();
         let margin = |n: &&usize| found.margin(&found.sets[**n], found.best());
         match better.iter().max_by(|a, b| margin(a).total_cmp(&margin(b))) {
             Some(n) if !is_cyclic(found, *n) => found.best = *n,
