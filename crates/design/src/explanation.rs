@@ -61,6 +61,8 @@ pub struct Explanation {
     pub noise: Noise,
     /// Logarithm of the prior weight, up to a constant common to all explanations.
     pub log_weight: f64,
+    /// Logarithm of the e-value against the explanation from earlier judgements, nats; 0 without any.
+    pub log_e_value: f64,
 }
 
 impl fmt::Debug for Explanation {

@@ -2,9 +2,9 @@
 
 use crate::error::DesignError;
 use crate::explanation::{Explanation, factor_of};
-use crate::projection::Projection;
 use crate::whiten::{Columns, Interval, Reading};
-use augsim_system::{Offsets, Record, Seed, Simulated, SimulationError, Task};
+use augsim_linear::Mat;
+use augsim_system::{InitialValue, Offsets, Record, Seed, Simulated, SimulationError, Task};
 
 /// Number of first samples that determine the initial state: as many as the rough initial state uses.
 ///
@@ -78,10 +78,7 @@ impl Explanation {
         let seeds: Vec<Seed> = (0..start.mean.len()).map(Seed::Start).collect();
         let out = self.simulate(record, &self.values, &start.mean, &seeds)?;
         let broad = |state: usize| {
-            use augsim_system::InitialValue::{Prior, PriorAboutExpression};
-            if let Some(Prior(..) | PriorAboutExpression(_)) =
-                self.system.schema().states.get(state).map(|s| s.initial)
-            {
+            if has_declared_prior(self, state) {
                 return 1.0;
             }
             let mut information = 0.0;
@@ -178,12 +175,11 @@ impl Explanation {
         columns
     }
 
-    /// The explanation with its parameters at `xi` and their covariance after the readings in `sums`.
-    pub(crate) fn after(&self, sums: &Projection, xi: &[f64]) -> Self {
-        // Covariance L (I + W'W)⁻¹ L' with the block of the parameters of the inverse.
+    /// The explanation with its parameters at `xi` and the covariance L B L', with the block B of the parameters.
+    pub(crate) fn after(&self, inverse: &Mat<f64>, xi: &[f64]) -> Self {
         let p = xi.len();
         let half = |row: &Vec<f64>| -> Vec<f64> {
-            (0..p).map(|j| (0..p).map(|k| row[k] * sums.inverse[(k, j)]).sum()).collect()
+            (0..p).map(|j| (0..p).map(|k| row[k] * inverse[(k, j)]).sum()).collect()
         };
         let entry = |row: &[f64], l: &Vec<f64>| row.iter().zip(l).map(|(a, b)| a * b).sum();
         let covariance: Vec<Vec<f64>> = (self.factor.iter().map(half))
@@ -240,10 +236,17 @@ impl Explanation {
     }
 }
 
-/// Number of readings within the first [`START_SAMPLES`] samples, if an initial state is estimated; otherwise 0.
-pub(crate) fn start_readings(columns: &Columns, start: &Start) -> usize {
-    if start.unknown().is_empty() {
+/// Number of readings within the first [`START_SAMPLES`] samples, if an initial state without a declared distribution
+/// is estimated; otherwise 0.
+pub(crate) fn start_readings(e: &Explanation, columns: &Columns, start: &Start) -> usize {
+    if start.unknown().iter().all(|(state, _)| has_declared_prior(e, *state)) {
         return 0;
     }
     columns.readings.iter().take_while(|reading| reading.sample < START_SAMPLES).count()
+}
+
+/// Whether the model declares a distribution of the initial value of a state.
+fn has_declared_prior(e: &Explanation, state: usize) -> bool {
+    let initial = e.system.schema().states.get(state).map(|s| s.initial);
+    matches!(initial, Some(InitialValue::Prior(..) | InitialValue::PriorAboutExpression(_)))
 }

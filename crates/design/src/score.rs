@@ -24,7 +24,7 @@
 
 use crate::candidate::{Candidate, Experiment};
 use crate::error::DesignError;
-use crate::evidence::hear;
+use crate::evidence::Evidence;
 use crate::explanation::Explanation;
 use crate::limits::Limits;
 use crate::linearise::{Start, start_readings};
@@ -162,7 +162,10 @@ impl Study<'_> {
             for run in runs {
                 let path = |o: usize| (0..run.samples()).map(|k| run.value(k, o)).collect();
                 let noise_free = Record { values: (0..truth.outputs).map(path).collect(), ..record.clone() };
-                let evidence = |e: &Explanation| hear(e, &noise_free).ok().map(|heard| heard.log_evidence);
+                let evidence = |e: &Explanation| {
+                    let mut evidence = Evidence::new(e);
+                    evidence.add(&noise_free).ok().map(|()| evidence.log_density())
+                };
                 let of_truth = evidence(truth)?;
                 for (j, rival) in self.explanations.iter().enumerate().filter(|(j, _)| *j != i) {
                     refitted.log_odds[i][j].push(of_truth - evidence(rival)?);
@@ -224,7 +227,7 @@ fn compare(rival: &Explanation, own: &Prepared, truths: &[&Prepared]) -> Result<
     let intervals = rival.intervals(&own.record, &rival.values, &out)?;
     whiten(&rival.noise, &own.record.times, &mut columns, &intervals);
     let rows = columns.readings.len();
-    let first_rows = start_readings(&columns, &start);
+    let first_rows = start_readings(rival, &columns, &start);
     let not_finite = || DesignError::NotFinite { name: rival.name.clone(), record: own.record.id.clone() };
     let all = Projection::new(&columns, targets, rows).ok_or_else(not_finite)?;
     let first = Projection::new(&columns, targets, first_rows).ok_or_else(not_finite)?;
@@ -237,7 +240,7 @@ fn compare(rival: &Explanation, own: &Prepared, truths: &[&Prepared]) -> Result<
         log_odds.push(((target..target + truth.runs.len()).map(expected).collect(), raw));
         target += truth.runs.len();
     }
-    let after = rival.after(&all, &vec![0.0; rival.uncertain.len()]);
+    let after = rival.after(&all.inverse, &vec![0.0; rival.uncertain.len()]);
     let half_log = |e: &Explanation| {
         (0..e.factor.len()).map(|i| e.factor[i][i].max(f64::MIN_POSITIVE).ln()).sum::<f64>()
     };

@@ -13,8 +13,8 @@
 use anyhow::Result;
 use augsim_data::random_stream;
 use augsim_design::{
-    Experiment, Explanation, InputLimits, Limits, Request, Run, Tally, Verdict, design, draw_recording, hear,
-    judge, promise, random_run,
+    Evidence, Experiment, Explanation, InputLimits, Limits, Request, Run, Tally, Verdict, design,
+    draw_recording, judge, promise, random_run,
 };
 use augsim_session::equations::fit::fit;
 use augsim_session::next::{Source, explanations};
@@ -169,7 +169,8 @@ fn truth_of(pair: &Pair, which: usize, sd: f64, values: &[f64]) -> Result<Explan
     for p in model.parameters.iter_mut().filter(|p| !p.frozen) {
         p.ci95 = Some([0.99 * p.nominal, 1.01 * p.nominal]);
     }
-    let source = Source { name: "truth".into(), model, log_weight: 0.0, widths: BTreeMap::new() };
+    let source =
+        Source { name: "truth".into(), model, log_weight: 0.0, log_e_value: 0.0, widths: BTreeMap::new() };
     let blank = Record { values: vec![vec![f64::NAN; 101]], ..first_experiment(pair, 1.0).record("blank") };
     let mut truth = explanations(&[source], &[blank])?.swap_remove(0);
     // The recording has no readings, so the values are those of the prior; the truth has its own.
@@ -217,6 +218,7 @@ fn fitted(pair: &Pair, sd: f64, seed: u64, replicate: u64) -> Result<Fitted> {
             name: ["first", "second"][k].to_owned(),
             model,
             log_weight: 0.0,
+            log_e_value: 0.0,
             widths: BTreeMap::new(),
         })
     };
@@ -250,16 +252,17 @@ fn replicate_of(pair: &Pair, seed: u64, replicate: u64, sequences: u64) -> Resul
         let mut plan: Vec<Experiment> =
             (0..promised.runs).map(|k| experiments[k % experiments.len()].clone()).collect();
         let mut new_plans = 0;
-        let mut next = |k: usize, current: &[Explanation]| {
+        let mut next = |k: usize, evidence: &[Evidence]| {
             if k >= plan.len() && new_plans < NEW_PLANS {
                 new_plans += 1;
-                let again = Request { explanations: current, budget: 2, ..request.clone() };
+                let current: Vec<Explanation> = evidence.iter().map(Evidence::updated).collect();
+                let again = Request { explanations: &current, budget: 2, ..request.clone() };
                 plan.extend(design(&again)?.into_iter().map(|run| run.experiment));
             }
             Ok(plan[k % plan.len()].clone())
         };
         let path = sequence(&truth, &live, &mut next, promised.runs, &mut rng)?;
-        let mut next = |k: usize, _: &[Explanation]| Ok(random[(k + 7 * s as usize) % random.len()].clone());
+        let mut next = |k: usize, _: &[Evidence]| Ok(random[(k + 7 * s as usize) % random.len()].clone());
         let by_chance = sequence(&truth, &live, &mut next, 1, &mut rng)?;
         counts.sequences += 1;
         for (arm, path) in [&path, &by_chance].into_iter().enumerate() {
@@ -293,22 +296,21 @@ struct Path {
 fn sequence(
     truth: &Explanation,
     live: &[Explanation],
-    next: &mut dyn FnMut(usize, &[Explanation]) -> Result<Experiment>,
+    next: &mut dyn FnMut(usize, &[Evidence]) -> Result<Experiment>,
     at_least: usize,
     rng: &mut impl rand::Rng,
 ) -> Result<Path> {
-    let mut current = live.to_vec();
-    let mut tallies = vec![Tally::default(); live.len()];
+    let mut evidence: Vec<Evidence> = live.iter().map(Evidence::new).collect();
     let mut path =
         Path { runs: MAX_RUNS, verdict: None, has_none_fitting: false, log_odds: [Vec::new(), Vec::new()] };
     let mut rejected = vec![false; live.len()];
     for k in 0..MAX_RUNS {
-        let record = draw_recording(truth, &truth.values, &next(k, &current)?, "new", rng)?;
-        for (e, tally) in current.iter_mut().zip(&mut tallies) {
-            let heard = hear(e, &record)?;
-            tally.add(&heard);
-            *e = heard.updated;
+        let experiment = next(k, &evidence)?;
+        let record = draw_recording(truth, &truth.values, &experiment, "new", rng)?;
+        for one in &mut evidence {
+            one.add(&record)?;
         }
+        let tallies: Vec<Tally> = evidence.iter().map(Evidence::tally).collect();
         let judgement = judge(&tallies, &rejected, 1000.0);
         path.log_odds[0].push(judgement.log_e_values[1]);
         path.log_odds[1].push(judgement.log_e_values[0]);

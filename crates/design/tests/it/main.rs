@@ -28,6 +28,7 @@ fn explanation(name: &str, text: &str, sds: &[f64], noise: SensorNoise) -> Expla
         factor: factor_of(&covariance),
         noise: Noise { sensors: vec![noise], process: Vec::new() },
         log_weight: 0.0,
+        log_e_value: 0.0,
         driven: None,
         system: Arc::new(system),
     }

@@ -56,6 +56,7 @@ pub(super) fn compile(source: &Source, (records, starts): &Tuning) -> anyhow::Re
         factor,
         noise,
         log_weight: source.log_weight,
+        log_e_value: source.log_e_value,
     };
     Ok((explanation, widths))
 }

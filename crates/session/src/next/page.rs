@@ -64,8 +64,8 @@ pub fn plan_page(planned: &Planned, limits: &Limits, seed: u64) -> Page {
 /// Page of a judgement: weights, evidence of each run, the promise beside what came.
 pub fn listen_page(state: &State) -> Page {
     let rows = state.heard.iter().enumerate().map(|(k, run)| {
-        let evidence: Vec<String> = run.log_evidence.iter().map(|l| format!("{l:.1}")).collect();
-        vec![(k + 1).to_string(), run.id.clone(), evidence.join(", "), odds_text(run.log_odds)]
+        let evidence: Vec<String> = run.log_density.iter().map(|l| format!("{l:.1}")).collect();
+        vec![(k + 1).to_string(), run.recording.id.clone(), evidence.join(", "), odds_text(run.log_odds)]
     });
     let runs = table(
         &["run", "recording", "log evidence of each explanation, nats", "odds of the leading explanation"],

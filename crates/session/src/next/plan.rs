@@ -123,18 +123,22 @@ fn explained(
     for (k, ((source, e), widths)) in sources.iter().zip(explanations).zip(widths).enumerate() {
         let mut model = source.model.clone();
         write_back(&mut model, e);
+        let toml = model.to_toml()?;
         explained.push(Explained {
             name: e.name.clone(),
             log_weight: e.log_weight,
-            log_evidence: 0.0,
+            log_e_value_before: e.log_e_value,
+            log_density: 0.0,
+            log_maximum: 0.0,
             squares: 0.0,
             count: 0,
             weight: weights[k],
-            log_e_value: 0.0,
+            log_e_value: e.log_e_value,
             rejected: false,
             widths,
             file: model.file.clone(),
-            model_toml: model.to_toml()?,
+            planned_toml: toml.clone(),
+            model_toml: toml,
         });
     }
     Ok(explained)
