@@ -274,7 +274,7 @@ fn likelihood(
         let measured = record.values[output].get(sample).copied().unwrap_or(f64::NAN);
         shortest_difference(measured - out.value(sample, output), channels[output].period)
     };
-    let mut columns = e.columns(&out, start, 1, residual);
+    let mut columns = e.columns((&out, &values), start, 1, residual);
     let intervals = e.intervals(record, &values, &out)?;
     let half_logs = whiten(&e.noise, &record.times, &mut columns, &intervals);
     let (rows, first_rows) = (columns.readings.len(), start_readings(e, &columns, start));

@@ -144,10 +144,10 @@ impl Explanation {
 
     /// Columns of deviations of the readings: `targets`, then the sensitivities of `out` to the unknowns.
     ///
-    /// `target(sample, output, column)` is the value of a target; a reading whose first target is not finite is left out.
+    /// `out` is simulated with the parameters `values`; `target(sample, output, column)` is the value of a target; a reading whose first target is not finite is left out.
     pub(crate) fn columns(
         &self,
-        out: &Simulated,
+        (out, values): (&Simulated, &[f64]),
         start: &Start,
         targets: usize,
         target: impl Fn(usize, usize, usize) -> f64,
@@ -162,7 +162,10 @@ impl Explanation {
                 }
                 columns.readings.push(Reading { sample, output });
                 columns.values.extend((0..targets).map(|t| target(sample, output, t)));
-                let slopes = out.slopes(sample, output);
+                let mut slopes = out.slopes(sample, output).to_vec();
+                for (slope, index) in slopes.iter_mut().zip(&self.uncertain) {
+                    *slope *= self.slope_of_value(*index, values[*index]);
+                }
                 // By the coordinates of the prior: the derivatives times its factor.
                 columns.values.extend((0..parameters).map(|j| {
                     slopes.iter().zip(&self.factor).map(|(slope, row)| slope * row[j]).sum::<f64>()

@@ -223,7 +223,7 @@ fn compare(rival: &Explanation, own: &Prepared, truths: &[&Prepared]) -> Result<
         None => 0.0,
     };
     let targets = runs.len().max(1);
-    let mut columns = rival.columns(&out, &start, targets, difference);
+    let mut columns = rival.columns((&out, &rival.values), &start, targets, difference);
     let intervals = rival.intervals(&own.record, &rival.values, &out)?;
     whiten(&rival.noise, &own.record.times, &mut columns, &intervals);
     let rows = columns.readings.len();

@@ -225,14 +225,8 @@ fn within_limits(study: &Study<'_>, chosen: Scored, request: &Request<'_>) -> Re
 /// Parameter values at which limits are checked: ends of each 95 % interval, and draws.
 fn check_values(e: &Explanation, index: usize, seed: u64) -> Vec<Vec<f64>> {
     let mut list = vec![e.values.clone()];
-    for (place, sd) in e.uncertain.iter().zip(e.standard_deviations()) {
-        let p = &e.system.parameters()[*place];
-        for side in [-INTERVAL, INTERVAL] {
-            let mut values = e.values.clone();
-            values[*place] =
-                (values[*place] + side * sd).clamp(p.min.min(values[*place]), p.max.max(values[*place]));
-            list.push(values);
-        }
+    for (place, sd) in e.uncertain.iter().zip(e.coordinate_sds()) {
+        list.extend([-INTERVAL, INTERVAL].map(|side| e.moved(e.values.clone(), *place, side * sd)));
     }
     let drawn = |k: u64| draw_values(e, &mut random_stream(seed, "limit draws", ((index as u64) << 32) + k));
     list.extend((0..CHECK_DRAWS).map(drawn));

@@ -66,6 +66,9 @@ struct Counts {
     random_runs: usize,
     unfinished: [usize; 2],
     false_verdicts: [usize; 2],
+    mixture_runs: [usize; 2],
+    mixture_false: [usize; 2],
+    mixture_unfinished: [usize; 2],
     promised: usize,
     kept: usize,
     none_fits: usize,
@@ -112,6 +115,9 @@ fn add(sum: &mut Counts, other: &Counts) {
     for k in 0..2 {
         sum.unfinished[k] += other.unfinished[k];
         sum.false_verdicts[k] += other.false_verdicts[k];
+        sum.mixture_runs[k] += other.mixture_runs[k];
+        sum.mixture_false[k] += other.mixture_false[k];
+        sum.mixture_unfinished[k] += other.mixture_unfinished[k];
     }
     sum.promised += other.promised;
     sum.kept += other.kept;
@@ -129,7 +135,7 @@ fn print_row(out: &mut impl Write, name: &str, c: &Counts) -> Result<()> {
     promised.sort_unstable();
     writeln!(
         out,
-        "| {name} | {:.2} | {:.2} | {:.2} | {promised:?} | {} of {} ({:.1} %) | {} | {} | {:?} | {} | {} | {:.1?} |",
+        "| {name} | {:.2} | {:.2} | {:.2} | {promised:?} | {} of {} ({:.1} %) | {} | {} | {:?} | {} | {} | {:.1?} | mixture {:.2?} {:?} {:?} |",
         c.designed_runs as f64 / n,
         c.random_runs as f64 / n,
         c.designed_runs as f64 / c.random_runs.max(1) as f64,
@@ -141,7 +147,10 @@ fn print_row(out: &mut impl Write, name: &str, c: &Counts) -> Result<()> {
         c.unfinished,
         c.none_fits,
         c.failed,
-        c.first_run.map(|sum| sum / n)
+        c.first_run.map(|sum| sum / n),
+        c.mixture_runs.map(|sum| sum as f64 / n),
+        c.mixture_false,
+        c.mixture_unfinished
     )?;
     out.flush()?;
     Ok(())
@@ -267,6 +276,9 @@ fn replicate_of(pair: &Pair, seed: u64, replicate: u64, sequences: u64) -> Resul
         counts.sequences += 1;
         for (arm, path) in [&path, &by_chance].into_iter().enumerate() {
             counts.false_verdicts[arm] += usize::from(path.verdict.is_some_and(|v| v != which));
+            counts.mixture_runs[arm] += path.mixture.0;
+            counts.mixture_false[arm] += usize::from(path.mixture.1.is_some_and(|v| v != which));
+            counts.mixture_unfinished[arm] += usize::from(path.mixture.1.is_none());
             counts.unfinished[arm] += usize::from(path.verdict.is_none());
             counts.none_fits += usize::from(path.has_none_fitting);
         }
@@ -289,6 +301,8 @@ struct Path {
     runs: usize,
     verdict: Option<usize>,
     has_none_fitting: bool,
+    /// The same by the ratio of the mixture densities.
+    mixture: (usize, Option<usize>),
     /// Log odds for each explanation after each run, `[explanation][run]`.
     log_odds: [Vec<f64>; 2],
 }
@@ -301,8 +315,13 @@ fn sequence(
     rng: &mut impl rand::Rng,
 ) -> Result<Path> {
     let mut evidence: Vec<Evidence> = live.iter().map(Evidence::new).collect();
-    let mut path =
-        Path { runs: MAX_RUNS, verdict: None, has_none_fitting: false, log_odds: [Vec::new(), Vec::new()] };
+    let mut path = Path {
+        runs: MAX_RUNS,
+        verdict: None,
+        has_none_fitting: false,
+        mixture: (MAX_RUNS, None),
+        log_odds: [Vec::new(), Vec::new()],
+    };
     let mut rejected = vec![false; live.len()];
     for k in 0..MAX_RUNS {
         let experiment = next(k, &evidence)?;
@@ -311,6 +330,10 @@ fn sequence(
             one.add(&record)?;
         }
         let tallies: Vec<Tally> = evidence.iter().map(Evidence::tally).collect();
+        let ratio = tallies[0].log_density - tallies[1].log_density;
+        if path.mixture.1.is_none() && ratio.abs() > 1000.0_f64.ln() {
+            path.mixture = (k + 1, Some(usize::from(ratio < 0.0)));
+        }
         let judgement = judge(&tallies, &rejected, 1000.0);
         path.log_odds[0].push(judgement.log_e_values[1]);
         path.log_odds[1].push(judgement.log_e_values[0]);

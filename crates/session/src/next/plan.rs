@@ -4,6 +4,7 @@ use super::explanation::{Compiled, Tuning, compile, write_back};
 use super::source::Source;
 use super::state::{Explained, PlannedRun, PromiseOf, RunOdds, State};
 use super::text::{plan_sentence, why_not};
+use crate::equations::unit_text;
 use augsim_data::random_stream;
 use augsim_design::{
     Candidate, Experiment, Explanation, Limits, Promise, Request, Run, after_recordings, design, nominal_run,
@@ -46,6 +47,8 @@ pub struct Planned {
     pub experiments: Vec<Experiment>,
     /// Predicted outputs of each run by each explanation, `[run][explanation][output][sample]`.
     pub predictions: Vec<Vec<Vec<Vec<f64>>>>,
+    /// Names and units of the inputs and of the outputs, for figures.
+    pub columns: [Vec<(String, String)>; 2],
 }
 
 /// Experiments at random within the limits, as records for the choice of integration steps.
@@ -109,7 +112,13 @@ pub fn plan(request: &PlanRequest<'_>) -> anyhow::Result<Planned> {
     };
     let predictions = runs.iter().map(predict).collect::<anyhow::Result<_>>()?;
     let experiments = runs.into_iter().map(|r| r.experiment).collect();
-    Ok(Planned { state, files, experiments, predictions })
+    let model = &request.sources[0].model;
+    let input =
+        |i: &augsim_equations::model::Input| (i.name.clone(), unit_text(i.unit).trim_start().to_owned());
+    let output =
+        |o: &augsim_equations::model::Output| (o.name.clone(), unit_text(o.unit).trim_start().to_owned());
+    let columns = [model.inputs.iter().map(input).collect(), model.outputs.iter().map(output).collect()];
+    Ok(Planned { state, files, experiments, predictions, columns })
 }
 
 /// The explanations of a plan, before any run was heard.

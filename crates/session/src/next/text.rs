@@ -22,6 +22,12 @@ pub(super) fn odds_text(log_odds: f64) -> String {
     }
 }
 
+/// Odds that are reached at least, from nats: `1000 to 1 or more`.
+fn odds_bound(log_odds: f64) -> String {
+    let is_bound = !(0.0..=SHOWN_LOG_ODDS).contains(&log_odds);
+    if is_bound { odds_text(log_odds) } else { format!("{} or more", odds_text(log_odds)) }
+}
+
 /// `1 run` or `N runs`.
 pub(super) fn runs_text(count: usize) -> String {
     if count == 1 { "1 run".to_owned() } else { format!("{count} runs") }
@@ -43,25 +49,29 @@ pub(super) fn plan_sentence(state: &State, limits: &Limits) -> String {
     let Some(p) = &state.promise else {
         let gain = state.plan.iter().filter_map(|run| run.information.first()).sum::<f64>();
         return format!(
-            "There is one explanation; {} of {duration} s narrow its parameters by {gain:.1} nats (D-optimal).",
-            runs_text(state.plan.len())
+            "There is one explanation; {} of {duration} s {} its parameters by {gain:.1} nats (D-optimal).",
+            runs_text(state.plan.len()),
+            if state.plan.len() == 1 { "narrows" } else { "narrow" }
         );
     };
     let share = 100.0 * p.share;
     match &p.why_not {
         None => format!(
-            "{} of {duration} s tell {} with odds of {:.0} to 1 or more in {share:.0} % of cases; in nine of ten cases the odds are {} or more.",
+            "{} of {duration} s {} {} with odds of {:.0} to 1 or more in {share:.0} % of cases; in nine of ten cases the odds are {}.",
             capital(&runs_text(p.runs)),
+            if p.runs == 1 { "tells" } else { "tell" },
             names(state),
             state.odds,
-            odds_text(p.log_odds)
+            odds_bound(p.log_odds)
         ),
         Some(why) => format!(
-            "{} of {duration} s do not tell {} with odds of {:.0} to 1: they do so in {share:.0} % of cases, and reach {} or more in nine of ten. {why}",
+            "{} of {duration} s {} not enough to tell {} with odds of {:.0} to 1: these are reached in {share:.0} % of cases, and in nine of ten \
+             cases the odds are {}. {why}",
             capital(&runs_text(p.runs)),
+            if p.runs == 1 { "is" } else { "are" },
             names(state),
             state.odds,
-            odds_text(p.log_odds)
+            odds_bound(p.log_odds)
         ),
     }
 }
@@ -100,7 +110,7 @@ pub(super) fn why_not(explanations: &[Explanation], runs: &[Run], limits: &Limit
             let names: Vec<&str> = limits.inputs.iter().map(|i| i.name.as_str()).collect();
             write!(
                 text,
-                " Wider limits of {}, longer runs, or another output would be needed.",
+                " Needed are wider limits of {}, longer runs, or another output.",
                 if names.is_empty() { "the starts".to_owned() } else { names.join(", ") }
             )
         }
@@ -120,8 +130,9 @@ pub(super) fn listen_sentence(state: &State) -> String {
     let mut text = match (state.verdict.as_str(), &left[..]) {
         ("enough", [one]) => {
             format!(
-                "Enough: {one}. {} reject every other explanation at odds of {:.0} to 1.",
+                "Enough: {one}. {} {} every other explanation at odds of {:.0} to 1.",
                 capital(&runs_text(heard)),
+                if heard == 1 { "rejects" } else { "reject" },
                 state.odds
             )
         }
@@ -150,9 +161,9 @@ pub(super) fn listen_sentence(state: &State) -> String {
             // Writing to a string cannot fail.
             let _ = write!(
                 text,
-                " Promised for {} in nine of ten cases: odds of {} or more; came: {}.",
+                " Promised for {} in nine of ten cases: odds of {}; came: {}.",
                 runs_text(run + 1),
-                odds_text(*promised),
+                odds_bound(*promised),
                 odds_text(most)
             );
         }
