@@ -26,6 +26,6 @@ pub use limits::{InputLimits, Limits};
 pub use linearise::START_SAMPLES;
 pub use posterior::after_recordings;
 pub use promise::{PROMISED_SHARE, Promise, TruthPromise, promise};
-pub use search::{Request, Run, design, random_run, weights};
+pub use search::{Request, Run, choose, design, random_run, weights};
 pub use shape::{FAMILIES, Family, Shape};
 pub use verdict::{Judgement, Tally, Verdict, judge};

@@ -96,6 +96,13 @@ impl Study<'_> {
         self.scored(candidate, scale, experiment, &runs, limited_by)
     }
 
+    /// Scores an experiment as it is; `None` if an explanation cannot be simulated or exceeds a limit.
+    pub fn score_experiment(&self, experiment: &Experiment) -> Option<Scored> {
+        let runs = self.runs(experiment).ok()?;
+        let nothing = Candidate { inputs: Vec::new(), starts: Vec::new() };
+        self.scored(&nothing, 1.0, experiment.clone(), &runs, None)
+    }
+
     /// Simulates all draws of all explanations; the error names the limit that one of them exceeds.
     fn runs(&self, experiment: &Experiment) -> Result<Vec<Prepared>, String> {
         let record = experiment.record("design");

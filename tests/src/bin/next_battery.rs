@@ -181,7 +181,7 @@ fn truth_of(pair: &Pair, which: usize, sd: f64, values: &[f64]) -> Result<Explan
     let source =
         Source { name: "truth".into(), model, log_weight: 0.0, log_e_value: 0.0, widths: BTreeMap::new() };
     let blank = Record { values: vec![vec![f64::NAN; 101]], ..first_experiment(pair, 1.0).record("blank") };
-    let mut truth = explanations(&[source], &[blank])?.swap_remove(0);
+    let mut truth = explanations(&[source], &[], &[blank])?.swap_remove(0);
     // The recording has no readings, so the values are those of the prior; the truth has its own.
     truth.values = truth.system.parameters().iter().map(|p| p.nominal).collect();
     Ok(truth)
@@ -231,7 +231,7 @@ fn fitted(pair: &Pair, sd: f64, seed: u64, replicate: u64) -> Result<Fitted> {
             widths: BTreeMap::new(),
         })
     };
-    let live = explanations(&[source(0)?, source(1)?], &records)?;
+    let live = explanations(&[source(0)?, source(1)?], &records, &records)?;
     Ok(Fitted { truth, which, live })
 }
 

@@ -208,11 +208,23 @@ fn csv(run: &Run, limits: &Limits) -> String {
     text
 }
 
-/// Compiles fitted models to explanations, with parameters distributed as `records` say and steps chosen on them.
+/// Compiles fitted models to explanations, with parameters distributed as `records` say.
+///
+/// Integration steps are chosen on `tuning`, recordings whose outputs are not used.
 ///
 /// # Errors
 /// As [`plan`].
-pub fn explanations(sources: &[Source], records: &[Record]) -> anyhow::Result<Vec<Explanation>> {
-    let compiled = compiled(sources, &(records.to_vec(), BTreeMap::new()))?.into_iter();
+pub fn explanations(
+    sources: &[Source],
+    records: &[Record],
+    tuning: &[Record],
+) -> anyhow::Result<Vec<Explanation>> {
+    let blank = |r: &Record| {
+        let mut blank = r.clone();
+        blank.values.iter_mut().flatten().for_each(|v| *v = f64::NAN);
+        blank
+    };
+    let tuning: Tuning = (tuning.iter().map(blank).collect(), BTreeMap::new());
+    let compiled = compiled(sources, &tuning)?.into_iter();
     Ok(compiled.map(|(e, _)| after_recordings(&e, records)).collect::<Result<_, _>>()?)
 }
