@@ -5,6 +5,7 @@ mod draw;
 mod error;
 mod evidence;
 mod explanation;
+mod joint;
 mod limits;
 mod linearise;
 mod posterior;

@@ -1,10 +1,10 @@
 //! Distribution of the parameters after the recordings so far, under the noise of the explanation.
 //!
-//! The prior of a parameter is as wide as its bounds; the distribution after the recordings is that of `evidence.rs`.
+//! The prior of a parameter is as wide as its bounds; the distribution after the recordings is at the maximum of `joint.rs`.
 
 use crate::error::DesignError;
-use crate::evidence::Evidence;
 use crate::explanation::Explanation;
+use crate::joint::Joint;
 use augsim_system::Record;
 
 /// Standard deviation of the prior of a parameter without finite bounds, in standard errors of its fit.
@@ -15,23 +15,16 @@ const PRIOR_ERRORS: f64 = 100.0;
 /// # Errors
 /// A recording cannot be simulated at the fitted values.
 pub fn after_recordings(explanation: &Explanation, records: &[Record]) -> Result<Explanation, DesignError> {
-    let broad = with_prior(explanation);
-    // The fitted values in units of the prior, whose factor is diagonal.
-    let xi = |(k, index): (usize, &usize)| match broad.factor[k][k] {
-        sd if sd > 0.0 => {
-            let [fitted, middle] = [explanation, &broad].map(|e| broad.coordinate(*index, e.values[*index]));
-            (fitted - middle) / sd
-        }
-        _ => 0.0,
-    };
-    let fitted = broad.uncertain.iter().enumerate().map(xi).collect();
-    let mut evidence = Evidence::starting_at(&broad, fitted);
-    evidence.add_all(records)?;
-    Ok(evidence.updated())
+    let (broad, start) = with_prior(explanation);
+    let mut joint = Joint::new(&broad, 1.0, start);
+    joint.add_all(records)?;
+    Ok(joint.updated())
 }
 
 /// The explanation with a prior as wide as the bounds of each parameter, about their middle.
-fn with_prior(e: &Explanation) -> Explanation {
+///
+/// Second are the explanation's values in units of that prior, whose factor is diagonal.
+pub(crate) fn with_prior(e: &Explanation) -> (Explanation, Vec<f64>) {
     let mut broad = e.clone();
     let count = e.uncertain.len();
     broad.factor = vec![vec![0.0; count]; count];
@@ -48,5 +41,13 @@ fn with_prior(e: &Explanation) -> Explanation {
             broad.factor[k][k] = most;
         }
     }
-    broad
+    let start = |(k, index): (usize, &usize)| match broad.factor[k][k] {
+        sd if sd > 0.0 => {
+            let [value, middle] = [e, &broad].map(|e| broad.coordinate(*index, e.values[*index]));
+            (value - middle) / sd
+        }
+        _ => 0.0,
+    };
+    let start = broad.uncertain.iter().enumerate().map(start).collect();
+    (broad, start)
 }

@@ -24,8 +24,8 @@
 
 use crate::candidate::{Candidate, Experiment};
 use crate::error::DesignError;
-use crate::evidence::Evidence;
 use crate::explanation::Explanation;
+use crate::joint::Joint;
 use crate::limits::Limits;
 use crate::linearise::{Start, start_readings};
 use crate::projection::Projection;
@@ -170,8 +170,8 @@ impl Study<'_> {
                 let path = |o: usize| (0..run.samples()).map(|k| run.value(k, o)).collect();
                 let noise_free = Record { values: (0..truth.outputs).map(path).collect(), ..record.clone() };
                 let evidence = |e: &Explanation| {
-                    let mut evidence = Evidence::new(e);
-                    evidence.add(&noise_free).ok().map(|()| evidence.log_density())
+                    let mut joint = Joint::new(e, 1.0, vec![0.0; e.uncertain.len()]);
+                    joint.add_all(std::slice::from_ref(&noise_free)).ok().map(|()| joint.log_density())
                 };
                 let of_truth = evidence(truth)?;
                 for (j, rival) in self.explanations.iter().enumerate().filter(|(j, _)| *j != i) {

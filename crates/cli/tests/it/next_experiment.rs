@@ -151,3 +151,52 @@ fn a_plan_that_cannot_decide_says_so() {
         assert!(told.contains(text), "`{text}` is not in {told}");
     }
 }
+
+#[test]
+fn a_pool_of_recorded_runs_is_replayed() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let d = dir.path();
+    let mut pool = "trajectory,t_s,force_N,pos_m\n".to_owned();
+    for i in 0..12_u32 {
+        // Small constant forces say little; every fourth run has a sine.
+        let force = |t: f64| if i % 4 == 3 { (1.5 * t).sin() } else { 0.1 + 0.01 * f64::from(i) };
+        let inputs: Vec<(f64, f64)> = (0..41).map(|k| 0.05 * f64::from(k)).map(|t| (t, force(t))).collect();
+        pool += &cart(&format!("p{i}"), &inputs, u64::from(i) + 70);
+    }
+    let write = |name: &str, text: &str| std::fs::write(d.join(name), text).expect("written");
+    write("pool.csv", &pool);
+    let model = |parameter: &str, friction: &str| {
+        let parameters =
+            format!("c = {{ nominal = 0.5, min = 0.05, max = 5.0, unit = \"{parameter}\" }}\n[rates]");
+        MODEL
+            .replace("[rates]", &parameters)
+            .replace("\"force_N / m_kg\"", &format!("\"(force_N - {friction}) / m_kg\""))
+    };
+    write("viscous.toml", &model("N*s/m", "c * v_m_s"));
+    let width = "w_m_s = { nominal = 0.02, frozen = true }\n[rates]";
+    write("dry.toml", &model("N", "c * tanh(v_m_s / w_m_s)").replace("[rates]", width));
+    let replay =
+        ["reproduce", "next", "pool.csv", "--explanations", "viscous.toml", "dry.toml", "--orders", "4"];
+    let result = succeed_json(&[&replay[..], &["--out", "a"]].concat(), d);
+    let pool = &result["pools"][0];
+    assert_eq!((pool["runs"].as_u64(), pool["verdict"].as_str()), (Some(12), Some("viscous")), "{pool}");
+    let runs = |arm: &str| pool[arm].as_f64().expect("a number of runs");
+    assert!(runs("designed") <= runs("random"), "{pool}");
+    succeed(&[&replay[..], &["--out", "b"]].concat(), d);
+    let read = |name: &str| std::fs::read_to_string(d.join(name).join("result.json")).expect("a result");
+    assert_eq!(read("a"), read("b"));
+    let page = std::fs::read_to_string(d.join("a/report.html")).expect("a page");
+    assert!(
+        page.contains("augsim reproduce next pool.csv --explanations viscous.toml dry.toml"),
+        "the command"
+    );
+
+    fail(2, &["reproduce", "next", "pool.csv"], d, &["--explanations"]);
+    fail(2, &["reproduce", "next"], d, &["reproduce next", "--data"]);
+    fail(
+        2,
+        &["reproduce", "ball", "pool.csv", "--explanations", "dry.toml"],
+        d,
+        &["reproduce next", "--data"],
+    );
+}

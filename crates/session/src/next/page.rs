@@ -51,7 +51,9 @@ pub fn plan_page(planned: &Planned, seed: u64) -> Page {
     let mut sections =
         vec![Section::new("Runs", [Block::Table(runs_table(state))].into_iter().chain(runs).collect())];
     sections.extend(promise_section(state));
-    sections.push(Section::new("Explanations", vec![Block::Table(explanations_table(state))]));
+    let note = state.note.clone().map(Block::Prose);
+    let explanations = std::iter::once(Block::Table(explanations_table(state))).chain(note);
+    sections.push(Section::new("Explanations", explanations.collect()));
     sections.push(Section::new("Methods and references", vec![Block::Methods(methods())]));
     page("next experiment", &state.sentence, "plan", sections, Some(seed))
 }

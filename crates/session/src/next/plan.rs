@@ -3,7 +3,7 @@
 use super::explanation::{Compiled, Tuning, compile, write_back};
 use super::source::Source;
 use super::state::{Explained, PlannedRun, PromiseOf, RunOdds, State};
-use super::text::{plan_sentence, why_not};
+use super::text::{note_on_starts, plan_sentence, why_not};
 use crate::equations::unit_text;
 use augsim_data::random_stream;
 use augsim_design::{
@@ -104,6 +104,7 @@ pub fn plan(request: &PlanRequest<'_>) -> anyhow::Result<Planned> {
         let why = (!p.is_enough).then(|| why_not(&explanations, &runs, request.limits));
         promise_of(p, request.sequences, why)
     });
+    state.note = note_on_starts(&explanations);
     state.sentence = plan_sentence(&state, request.limits);
     let files =
         runs.iter().zip(&state.plan).map(|(run, p)| (p.file.clone(), csv(run, request.limits))).collect();

@@ -54,7 +54,11 @@ fn of_path(path: &Path) -> anyhow::Result<Vec<Source>> {
             widths: BTreeMap::new(),
         }]);
     };
-    let kinds: Vec<String> = found.effects.iter().map(|e| e.kind.clone()).collect();
+    // A force without a known law is in the model as a table, which is no effect of the result.
+    let kinds: Vec<String> = match found.effects.is_empty() {
+        true => model.additions.iter().map(|a| a.kind.clone()).collect(),
+        false => found.effects.iter().map(|e| e.kind.clone()).collect(),
+    };
     let name = name_of(&kinds);
     let mut list =
         vec![Source { name, model: *model, log_weight: 0.0, log_e_value: 0.0, widths: BTreeMap::new() }];

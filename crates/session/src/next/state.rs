@@ -166,6 +166,9 @@ pub struct State {
     pub odds: f64,
     /// Sentence that sums up the plan, or the judgement of the runs.
     pub sentence: String,
+    /// What would make fewer runs enough; `None` if nothing is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
     /// `plan`, `enough`, `more` or `none-fits`.
     pub verdict: String,
     /// The explanations.
@@ -187,6 +190,7 @@ impl State {
             schema: SCHEMA.to_owned(),
             odds,
             sentence: String::new(),
+            note: None,
             verdict: "plan".to_owned(),
             explanations,
             plan: Vec::new(),

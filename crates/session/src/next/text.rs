@@ -3,6 +3,7 @@
 use super::state::{PlannedRun, State};
 use augsim_data::digits;
 use augsim_design::{Explanation, Limits, Run};
+use augsim_system::InitialValue;
 use std::fmt::Write;
 
 /// Log odds, nats, above which odds are given as a bound: a million to one.
@@ -41,6 +42,24 @@ fn names(state: &State) -> String {
         [first, second] => format!("{first} from {second}"),
         _ => format!("the {} explanations ({})", names.len(), names.join(", ")),
     }
+}
+
+/// What unknown initial states cost, for the states whose initial value is estimated from each recording.
+pub(super) fn note_on_starts(explanations: &[Explanation]) -> Option<String> {
+    let mut names: Vec<&str> = Vec::new();
+    for state in explanations.iter().flat_map(|e| &e.system.schema().states) {
+        let is_estimated = matches!(state.initial, InitialValue::Free | InitialValue::Measured(_));
+        if is_estimated && !names.contains(&state.quantity.name.as_str()) {
+            names.push(&state.quantity.name);
+        }
+    }
+    let list = names.join(", ");
+    (!names.is_empty()).then(|| {
+        format!(
+            "The initial values of {list} are estimated from each recording. Where a run begins at a known value, declare it in [states] (start = 0.0, \
+             sd = 0.001): fewer runs are then needed."
+        )
+    })
 }
 
 /// Sentence that sums up a plan.
@@ -190,7 +209,11 @@ pub fn plan_text(state: &State) -> String {
         // Writing to a string cannot fail.
         let _ = write!(text, "\n  {file}: {signals}{starts}{odds}");
     }
-    text + &explanations_text(state)
+    text += &explanations_text(state);
+    match &state.note {
+        Some(note) => format!("{text}\n\n{note}"),
+        None => text,
+    }
 }
 
 /// The judgement as text for a terminal.
