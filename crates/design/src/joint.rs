@@ -22,7 +22,7 @@ use rayon::prelude::*;
 /// Maximum number of Gauss-Newton steps after each recording; nearly linear predictions need one or two.
 const MAX_STEPS: usize = 20;
 /// Predicted decrease of twice the negative log density below which the steps have converged, nats.
-const MIN_DECREASE: f64 = 1e-3;
+const MIN_DECREASE: f64 = 1e-2;
 /// Shares of a Gauss-Newton step that are tried.
 const STEP_SHARES: [f64; 5] = [1.0, 0.3, 0.1, 0.03, 0.01];
 

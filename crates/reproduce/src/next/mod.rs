@@ -37,7 +37,7 @@ struct PoolRow {
     /// Most frequent verdict of the whole pool, and the number of orders that come to it.
     verdict: String,
     agreeing: usize,
-    /// Median number of runs to the verdict of the whole pool; `None` if more than half of the orders do not come to it.
+    /// Median number of runs to the verdict of the whole pool; `None` if more than half of the orders do not come to it in 40 runs.
     designed: Option<f64>,
     random: Option<f64>,
     /// Median over the orders of the errors of the best explanation in multiples of its noise.
