@@ -6,15 +6,23 @@
 //!
 //! ```text
 //! (1)  ln p = ln ∫ Π L_r(ξ) N(ξ; 0, I) dξ  =  ln Π L_r(ξ̂) - 1/2 |ξ̂|² - 1/2 ln |I + Σ A_r|      mixture
-//! (2)  ln q = max over ξ of ln Π L_r(ξ)                                                          maximised likelihood
+//! (2)  ln q = max over ξ of { ln Π L_r(ξ) - a/2 |ξ|² } - k/2 ln(1 - a)                          maximised likelihood
 //! ```
 //!
-//! Formula (1) is Laplace's approximation at the most probable ξ̂ of all recordings together (Tierney and Kadane 1986). The
-//! maximum (2) is over all values within the bounds, whatever earlier data say.
+//! for k parameters, with a = 1/2 where earlier data leave ξ about normal, and a = 0 within the bounds where they do not. Formula
+//! (1) is Laplace's approximation at the most probable ξ̂ of all recordings together (Tierney and Kadane 1986).
 //!
-//! The ratio p_i / q_j tests explanation j at every value of its parameters (universal inference: Wasserman, Ramdas and
-//! Balakrishnan 2020): q_j is at least the likelihood at the true value, and p_i over that likelihood has mean 1, as p_i is a
-//! density of the recordings.
+//! The ratio p_i / q_j tests explanation j at every value of its parameters by universal inference (Wasserman, Ramdas and
+//! Balakrishnan 2020). For the true ξ* of j
+//!
+//! ```text
+//! (3)  p_i / q_j <= (1 - a)^(k/2) exp(a/2 |ξ*|²) p_i / Π L_r(ξ*)
+//! ```
+//!
+//! where p_i / Π L_r has mean 1 over the new recordings, as p_i is a density of them. The factor before it is 1 for a = 0. Else
+//! it has mean 1 over the earlier data, given which ξ* is k standard normal numbers. So the product is an e-value. a = 1/2 costs
+//! 0.35 nats for each parameter, and leaves half of what earlier data say against other values; with a = 0 the explanation may
+//! contradict them at no cost.
 
 use crate::error::DesignError;
 use crate::explanation::Explanation;
@@ -23,6 +31,8 @@ use crate::posterior::with_prior;
 use crate::verdict::Tally;
 use augsim_system::Record;
 
+/// Share a of what normal earlier data say about the parameters that formula (2) keeps.
+const KEPT_SHARE: f64 = 0.5;
 /// Weight of a prior as wide as the bounds in the search for the maximum (2).
 ///
 /// It only keeps the steps finite: within the bounds it takes at most 0.015 nats for each parameter from the maximum.
@@ -33,18 +43,18 @@ const BOUNDS_WEIGHT: f64 = 0.01;
 pub struct Evidence {
     /// With the distribution of the parameters before the recordings.
     mixture: Joint,
-    /// Without it.
-    maximum: Joint,
+    /// Without it, where it is not about normal.
+    maximum: Option<Joint>,
 }
 
 impl Evidence {
     /// No recording yet: the parameters are distributed as the explanation says.
     pub fn new(prior: &Explanation) -> Self {
-        let (broad, start) = with_prior(prior);
-        Self {
-            mixture: Joint::new(prior, 1.0, vec![0.0; prior.uncertain.len()]),
-            maximum: Joint::new(&broad, BOUNDS_WEIGHT, start),
-        }
+        let maximum = (!prior.is_normal).then(|| {
+            let (broad, start) = with_prior(prior);
+            Joint::new(&broad, BOUNDS_WEIGHT, start)
+        });
+        Self { mixture: Joint::new(prior, 1.0, vec![0.0; prior.uncertain.len()]), maximum }
     }
 
     /// Takes in a recording.
@@ -61,7 +71,9 @@ impl Evidence {
     /// As [`Evidence::add`].
     pub fn add_all(&mut self, records: &[Record]) -> Result<(), DesignError> {
         self.mixture.add_all(records)?;
-        self.maximum.add_all(records)?;
+        if let Some(maximum) = &mut self.maximum {
+            maximum.add_all(records)?;
+        }
         match self.log_density().is_finite() && self.log_maximum().is_finite() {
             true => Ok(()),
             false => Err(DesignError::NotFinite {
@@ -78,8 +90,11 @@ impl Evidence {
 
     /// Logarithm of the maximised likelihood (2) of the recordings, nats.
     pub fn log_maximum(&self) -> f64 {
-        // The larger of two local maxima.
-        self.maximum.log_likelihood().max(self.mixture.log_likelihood())
+        match &self.maximum {
+            None => self.mixture.log_discounted(KEPT_SHARE),
+            // The larger of two local maxima.
+            Some(maximum) => maximum.log_likelihood().max(self.mixture.log_likelihood()),
+        }
     }
 
     /// The explanation with the parameters and the covariance after the recordings.

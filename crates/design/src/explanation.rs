@@ -59,6 +59,8 @@ pub struct Explanation {
     ///
     /// The coordinate of a parameter with positive bounds is its logarithm, else the parameter.
     pub factor: Vec<Vec<f64>>,
+    /// Whether earlier data leave the coordinates about normal; only then do they count in a test of the explanation.
+    pub is_normal: bool,
     /// Noise of the outputs and of the states.
     pub noise: Noise,
     /// Logarithm of the prior weight, up to a constant common to all explanations.

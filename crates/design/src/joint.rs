@@ -150,6 +150,28 @@ impl Joint {
 
     /// The recordings linearised at a share of a step; `None` if the density is not larger there.
     fn moved(&self, step: &[f64], share: f64) -> Option<Self> {
+        self.at(step, share).filter(|there| there.cost < self.cost)
+    }
+
+    /// Whether the density falls about as that of a normal distribution with its curvature at the maximum.
+    ///
+    /// Two standard deviations along each column of `factor`, the factor of the covariance of the coordinates, must be
+    /// between one and four by the density.
+    pub fn is_normal(&self, factor: &[Vec<f64>]) -> bool {
+        let k = self.xi.len();
+        let is_normal = |column: usize, sign: f64| {
+            let scaled = |i: usize| match self.prior.factor[i][i] {
+                sd if sd > 0.0 => 2.0 * sign * factor[i][column] / sd,
+                _ => 0.0,
+            };
+            let step: Vec<f64> = (0..k).map(scaled).collect();
+            self.at(&step, 1.0).is_some_and(|there| (1.0..=16.0).contains(&(there.cost - self.cost)))
+        };
+        (0..k).all(|column| is_normal(column, 1.0) && is_normal(column, -1.0))
+    }
+
+    /// The recordings linearised at a share of a step; `None` if they cannot be simulated there.
+    fn at(&self, step: &[f64], share: f64) -> Option<Self> {
         let xi: Vec<f64> = self.xi.iter().zip(step).map(|(xi, d)| xi + share * d).collect();
         let moved = |run: &Run| {
             let all = &run.likelihood.all;
@@ -164,7 +186,7 @@ impl Joint {
         let runs: Vec<Run> = self.runs.par_iter().map(moved).collect::<Option<_>>()?;
         let mut there = Self { prior: self.prior.clone(), xi, runs, sums: Sums::default(), ..*self };
         there.sum();
-        (there.cost < self.cost).then_some(there)
+        Some(there)
     }
 
     /// Sums the runs at the current point.
@@ -212,6 +234,17 @@ impl Joint {
             return f64::NAN;
         };
         self.sums.constant - 0.5 * (self.sums.squares - gain)
+    }
+
+    /// Logarithm of the largest likelihood of the recordings times exp(-a/2 |ξ|²) (1 - a)^(-k/2), nats; for weight 1.
+    pub fn log_discounted(&self, a: f64) -> f64 {
+        let sums = &self.sums;
+        let gradient: Vec<f64> = (sums.gradient.iter().zip(&sums.first_gradient).zip(&self.xi))
+            .map(|((all, first), xi)| all - first + (1.0 - a) * xi)
+            .collect();
+        let Some((_, gain)) = newton(&sums.later_information, a, &gradient) else { return f64::NAN };
+        let cost = -0.5 * self.xi.len() as f64 * (1.0 - a).ln();
+        sums.constant - 0.5 * (sums.squares + a * self.prior_squares() - gain) + cost
     }
 
     /// Sum of the squares of the standardised prediction errors and parameters, and the number of errors.

@@ -117,9 +117,10 @@ fn an_estimated_initial_state_costs_the_first_samples_only() {
 }
 
 #[test]
-fn the_maximised_likelihood_is_that_of_the_best_value_whatever_earlier_data_say() {
+fn earlier_data_that_are_not_normal_do_not_count_in_the_maximised_likelihood() {
     // Earlier data say 2.0 ± 0.001; the recording 2.3.
-    let (t, e) = (times(), explanation("gain", GAIN, &[0.001], white(0.1)));
+    let t = times();
+    let e = Explanation { is_normal: false, ..explanation("gain", GAIN, &[0.001], white(0.1)) };
     let y = readings(&t, 2.3);
     let heard = evidence(&e, &[recording(&t, &vec![1.0; t.len()], &y)]);
     let log_likelihood = |gain: f64| {
@@ -131,4 +132,36 @@ fn the_maximised_likelihood_is_that_of_the_best_value_whatever_earlier_data_say(
     assert!((heard.log_maximum() - expected).abs() < 1e-3, "{} {expected}", heard.log_maximum());
     assert!(heard.log_maximum() > heard.log_density() + 1.0);
     assert!((heard.updated().values[0] - 2.0).abs() < 0.01, "{:?}", heard.updated().values);
+}
+
+#[test]
+fn the_maximised_likelihood_keeps_half_of_what_earlier_data_say() {
+    let (t, e) = (times(), explanation("gain", GAIN, &[0.5], white(0.1)));
+    let y = readings(&t, 2.3);
+    let heard = evidence(&e, &[recording(&t, &vec![1.0; t.len()], &y)]);
+    // Likelihood of a gain, times the square root of exp(-z²/2) for its deviation z from the prior, times sqrt(2).
+    let log_likelihood = |gain: f64| {
+        let mean: Vec<f64> = t.iter().map(|t| gain * t).collect();
+        let z = (gain - 2.0) / 0.5;
+        log_density(&y, &mean, &covariance(&t, 0.0, 0.1)) - 0.25 * z * z + 0.5 * 2.0_f64.ln()
+    };
+    let expected =
+        (0..4000).map(|k| log_likelihood(1.0 + 5e-4 * f64::from(k))).fold(f64::NEG_INFINITY, f64::max);
+    assert!((heard.log_maximum() - expected).abs() < 1e-4, "{} {expected}", heard.log_maximum());
+}
+
+#[test]
+fn a_gain_is_normal_after_recordings_unless_it_is_at_its_bound() {
+    let (t, e) = (times(), explanation("gain", GAIN, &[0.5], white(0.1)));
+    let records = [recording(&t, &vec![1.0; t.len()], &readings(&t, 2.3))];
+    assert!(after_recordings(&e, &records).unwrap().is_normal);
+    // A gain at its bound: beyond it the density does not fall.
+    let bound = explanation(
+        "gain",
+        &GAIN.replace("nominal = 2.0, min = -50.0", "nominal = 2.3, min = 2.299"),
+        &[0.5],
+        white(0.1),
+    );
+    let low = [recording(&t, &vec![1.0; t.len()], &readings(&t, 2.25))];
+    assert!(!after_recordings(&bound, &low).unwrap().is_normal);
 }

@@ -53,6 +53,7 @@ pub(super) fn compile(source: &Source, (records, starts): &Tuning) -> anyhow::Re
         values,
         uncertain,
         factor: Vec::new(),
+        is_normal: true,
         noise,
         log_weight: source.log_weight,
         log_e_value: source.log_e_value,
