@@ -1,111 +1,117 @@
-//! Evidence of a recording for an explanation, given all that was known before it.
+//! Evidence of new recordings for an explanation: their mixture density and their maximised likelihood.
 //!
-//! The parameters have the normal distribution of the explanation as their prior. A few Gauss-Newton steps from the
-//! stored values lead to the most probable parameters and initial state; there the marginal density of the readings is
-//! formula (2) of `projection.rs`. The density of the first samples, which determine the initial state, is divided out:
-//! what counts is the density of the later samples given these, so that the prior of the initial state has no influence.
+//! The parameters have the coordinates ξ under the normal distribution N(0, I) that all earlier data leave. With
+//! L_r(ξ) the density of the later samples of recording r given its first ones, its initial state integrated out, as in
+//! `reduced.rs`,
 //!
-//! The product of such predictive densities over recordings is the marginal likelihood of all (Dawid 1984).
+//! ```text
+//! (1)  ln p = ln ∫ Π L_r(ξ) N(ξ; 0, I) dξ  =  ln Π L_r(ξ̂) - 1/2 |ξ̂|² - 1/2 ln |I + Σ A_r|      mixture
+//! (2)  ln q = max over ξ of { ln Π L_r(ξ) - a/2 |ξ|² } - k/2 ln(1 - a)                          maximised likelihood
+//! ```
+//!
+//! for k parameters, with a = 1/2 where earlier data leave ξ about normal, and a = 0 within the bounds where they do not. Formula
+//! (1) is Laplace's approximation at the most probable ξ̂ of all recordings together (Tierney and Kadane 1986).
+//!
+//! The ratio p_i / q_j tests explanation j at every value of its parameters by universal inference (Wasserman, Ramdas and
+//! Balakrishnan 2020). For the true ξ* of j
+//!
+//! ```text
+//! (3)  p_i / q_j <= (1 - a)^(k/2) exp(a/2 |ξ*|²) p_i / Π L_r(ξ*)
+//! ```
+//!
+//! where p_i / Π L_r has mean 1 over the new recordings, as p_i is a density of them. The factor before it is 1 for a = 0. Else
+//! it has mean 1 over the earlier data, given which ξ* is k standard normal numbers. So the product is an e-value. a = 1/2 costs
+//! 0.35 nats for each parameter, and leaves half of what earlier data say against other values; with a = 0 the explanation may
+//! contradict them at no cost.
 
 use crate::error::DesignError;
 use crate::explanation::Explanation;
-use crate::linearise::{Start, start_readings};
-use crate::projection::Projection;
-use crate::whiten::whiten;
-use augsim_system::{Record, shortest_difference};
+use crate::joint::Joint;
+use crate::posterior::with_prior;
+use crate::verdict::Tally;
+use augsim_system::Record;
 
-/// Maximum number of Gauss-Newton steps; predictions that are nearly linear in the parameters need one or two.
-const MAX_STEPS: usize = 15;
-/// Decrease of twice the negative log density below which the steps have converged, nats.
-const MIN_DECREASE: f64 = 1e-3;
-/// Shares of a Gauss-Newton step that are tried.
-const STEP_SHARES: [f64; 5] = [1.0, 0.3, 0.1, 0.03, 0.01];
-
-/// What a recording says about an explanation.
-#[derive(Clone, Debug)]
-pub struct Heard {
-    /// Logarithm of the density of the later samples given the first ones and all earlier recordings, nats.
-    pub log_evidence: f64,
-    /// The explanation with the parameters and the covariance after the recording.
-    pub updated: Explanation,
-    /// Sum of the squares of the standardised prediction errors of the later samples.
-    pub squares: f64,
-    /// Number of these prediction errors; `squares` is about as large if the explanation holds.
-    pub count: usize,
-}
-
-/// An evaluation of the density at one point.
-pub(crate) struct Evaluated {
-    pub sums: Projection,
-    first: Projection,
-    /// Half the log determinant of the noise covariance of the readings after the first.
-    half_log_variance: f64,
-    later: usize,
-    /// Gauss-Newton step of all unknowns by this recording alone.
-    pub own_step: Vec<f64>,
-    /// Twice the negative log density at the point, without constants.
-    pub cost: f64,
-}
-
-/// Computes the evidence of a recording for an explanation, and the explanation's update.
+/// Share a of what normal earlier data say about the parameters that formula (2) keeps.
+const KEPT_SHARE: f64 = 0.5;
+/// Weight of a prior as wide as the bounds in the search for the maximum (2).
 ///
-/// # Errors
-/// The recording cannot be simulated, or the density is not finite.
-pub fn hear(explanation: &Explanation, record: &Record) -> Result<Heard, DesignError> {
-    let (record, start) = explanation.opened(record, None)?;
-    let p = explanation.uncertain.len();
-    let mut u = vec![0.0; p + start.unknown().len()];
-    let mut now = evaluate(explanation, &record, &start, &u)?;
-    for _ in 0..MAX_STEPS {
-        let step = now.own_step.clone();
-        let better = STEP_SHARES.iter().find_map(|share| {
-            let moved: Vec<f64> = u.iter().zip(&step).map(|(u, d)| u + share * d).collect();
-            let there = evaluate(explanation, &record, &start, &moved).ok()?;
-            (there.cost < now.cost).then_some((moved, there))
+/// It only keeps the steps finite: within the bounds it takes at most 0.015 nats for each parameter from the maximum.
+const BOUNDS_WEIGHT: f64 = 0.01;
+
+/// Evidence of recordings, and the parameters after them.
+#[derive(Clone, Debug)]
+pub struct Evidence {
+    /// With the distribution of the parameters before the recordings.
+    mixture: Joint,
+    /// Without it, where it is not about normal.
+    maximum: Option<Joint>,
+}
+
+impl Evidence {
+    /// No recording yet: the parameters are distributed as the explanation says.
+    pub fn new(prior: &Explanation) -> Self {
+        let maximum = (!prior.is_normal).then(|| {
+            let (broad, start) = with_prior(prior);
+            Joint::new(&broad, BOUNDS_WEIGHT, start)
         });
-        let Some((moved, there)) = better else { break };
-        let decrease = now.cost - there.cost;
-        (u, now) = (moved, there);
-        if decrease < MIN_DECREASE {
-            break;
+        Self { mixture: Joint::new(prior, 1.0, vec![0.0; prior.uncertain.len()]), maximum }
+    }
+
+    /// Takes in a recording.
+    ///
+    /// # Errors
+    /// The recording cannot be simulated, or the density is not finite.
+    pub fn add(&mut self, record: &Record) -> Result<(), DesignError> {
+        self.add_all(std::slice::from_ref(record))
+    }
+
+    /// Takes in recordings that are judged together.
+    ///
+    /// # Errors
+    /// As [`Evidence::add`].
+    pub fn add_all(&mut self, records: &[Record]) -> Result<(), DesignError> {
+        self.mixture.add_all(records)?;
+        if let Some(maximum) = &mut self.maximum {
+            maximum.add_all(records)?;
+        }
+        match self.log_density().is_finite() && self.log_maximum().is_finite() {
+            true => Ok(()),
+            false => Err(DesignError::NotFinite {
+                name: self.mixture.prior.name.clone(),
+                record: records.last().map(|r| r.id.clone()).unwrap_or_default(),
+            }),
         }
     }
-    let (all, first) = (now.sums.minimum(0, &u), now.first.minimum(0, &u));
-    let squares = all - first;
-    let log_evidence = -0.5 * squares
-        - (now.sums.half_log_determinant - now.first.half_log_determinant)
-        - now.half_log_variance
-        - 0.5 * now.later as f64 * std::f64::consts::TAU.ln();
-    if !log_evidence.is_finite() {
-        return Err(DesignError::NotFinite { name: explanation.name.clone(), record: record.id.clone() });
-    }
-    Ok(Heard { log_evidence, updated: explanation.after(&now.sums, &u[..p]), squares, count: now.later })
-}
 
-/// Linearises the explanation at the coordinates `u` and sums the readings.
-pub(crate) fn evaluate(
-    e: &Explanation,
-    record: &Record,
-    start: &Start,
-    u: &[f64],
-) -> Result<Evaluated, DesignError> {
-    let (xi, starts) = u.split_at(e.uncertain.len());
-    let values = e.values_at(xi);
-    let out = e.simulate(record, &values, &start.at(starts), &e.seeds(start))?;
-    let channels = &e.system.schema().channels;
-    let residual = |sample: usize, output: usize, _| {
-        let measured = record.values[output].get(sample).copied().unwrap_or(f64::NAN);
-        shortest_difference(measured - out.value(sample, output), channels[output].period)
-    };
-    let mut columns = e.columns(&out, start, 1, residual);
-    let intervals = e.intervals(record, &values, &out)?;
-    let half_logs = whiten(&e.noise, &record.times, &mut columns, &intervals);
-    let (rows, first_rows) = (columns.readings.len(), start_readings(&columns, start));
-    let not_finite = || DesignError::NotFinite { name: e.name.clone(), record: record.id.clone() };
-    let sums = Projection::new(&columns, 1, rows).ok_or_else(not_finite)?;
-    let first = Projection::new(&columns, 1, first_rows).ok_or_else(not_finite)?;
-    let cost = sums.squares[0] + u.iter().map(|u| u * u).sum::<f64>() + 2.0 * half_logs.iter().sum::<f64>();
-    let half_log_variance = half_logs[first_rows..].iter().sum();
-    let own_step = sums.step(0, u);
-    Ok(Evaluated { sums, own_step, first, half_log_variance, later: rows - first_rows, cost })
+    /// Logarithm of the mixture density (1) of the recordings, nats.
+    pub fn log_density(&self) -> f64 {
+        self.mixture.log_density()
+    }
+
+    /// Logarithm of the maximised likelihood (2) of the recordings, nats.
+    pub fn log_maximum(&self) -> f64 {
+        match &self.maximum {
+            None => self.mixture.log_discounted(KEPT_SHARE),
+            // The larger of two local maxima.
+            Some(maximum) => maximum.log_likelihood().max(self.mixture.log_likelihood()),
+        }
+    }
+
+    /// The explanation with the parameters and the covariance after the recordings.
+    pub fn updated(&self) -> Explanation {
+        self.mixture.updated()
+    }
+
+    /// Evidence for a judgement.
+    pub fn tally(&self) -> Tally {
+        let (squares, count) = self.mixture.squares();
+        Tally {
+            log_weight: self.mixture.prior.log_weight,
+            log_e_value: self.mixture.prior.log_e_value,
+            log_density: self.log_density(),
+            log_maximum: self.log_maximum(),
+            squares,
+            count,
+        }
+    }
 }

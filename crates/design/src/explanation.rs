@@ -55,12 +55,18 @@ pub struct Explanation {
     pub values: Vec<f64>,
     /// Indices of the parameters that are uncertain.
     pub uncertain: Vec<usize>,
-    /// Lower factor L of the covariance L Lᵀ of the uncertain parameters, `[uncertain][uncertain]`.
+    /// Lower factor L of the covariance L Lᵀ of the uncertain parameters' coordinates, `[uncertain][uncertain]`.
+    ///
+    /// The coordinate of a parameter with positive bounds is its logarithm, else the parameter.
     pub factor: Vec<Vec<f64>>,
+    /// Whether earlier data leave the coordinates about normal; only then do they count in a test of the explanation.
+    pub is_normal: bool,
     /// Noise of the outputs and of the states.
     pub noise: Noise,
     /// Logarithm of the prior weight, up to a constant common to all explanations.
     pub log_weight: f64,
+    /// Logarithm of the e-value against the explanation from earlier judgements, nats; 0 without any.
+    pub log_e_value: f64,
 }
 
 impl fmt::Debug for Explanation {
@@ -106,27 +112,77 @@ impl Explanation {
         self.system.schema().states.iter().take(count).map(sd).collect()
     }
 
-    /// Values of the parameters at the coordinates `xi` of the uncertain ones, θ = θ₀ + L ξ, clamped to their bounds.
-    pub(crate) fn values_at(&self, xi: &[f64]) -> Vec<f64> {
-        let mut values = self.values.clone();
-        for (index, row) in self.uncertain.iter().zip(&self.factor) {
-            let moved = values[*index] + row.iter().zip(xi).map(|(l, x)| l * x).sum::<f64>();
-            let p = &self.system.parameters()[*index];
-            values[*index] = moved.clamp(p.min.min(values[*index]), p.max.max(values[*index]));
-        }
+    /// Whether a parameter is positive by its bounds: the distribution of its logarithm is then taken as normal.
+    ///
+    /// Masses and friction coefficients that the data hardly determine have ratios that they determine well; these are
+    /// straight lines between logarithms, and a positive parameter stays positive.
+    fn is_logarithmic(&self, index: usize) -> bool {
+        self.system.parameters()[index].min > 0.0 && self.values[index] > 0.0
+    }
+
+    /// Coordinate of a parameter in which its distribution is normal: its logarithm, or itself.
+    pub(crate) fn coordinate(&self, index: usize, value: f64) -> f64 {
+        if self.is_logarithmic(index) { value.ln() } else { value }
+    }
+
+    /// Value of a parameter at such a coordinate.
+    pub(crate) fn value_at(&self, index: usize, coordinate: f64) -> f64 {
+        if self.is_logarithmic(index) { coordinate.exp() } else { coordinate }
+    }
+
+    /// Derivative of a parameter by its coordinate, at its value.
+    pub(crate) fn slope_of_value(&self, index: usize, value: f64) -> f64 {
+        if self.is_logarithmic(index) { value } else { 1.0 }
+    }
+
+    /// Values with the coordinate of one parameter moved, clamped to its bounds.
+    pub(crate) fn moved(&self, mut values: Vec<f64>, index: usize, change: f64) -> Vec<f64> {
+        let from = values[index];
+        let p = &self.system.parameters()[index];
+        let to = self.value_at(index, self.coordinate(index, from) + change);
+        values[index] = to.clamp(p.min.min(from), p.max.max(from));
         values
     }
 
-    /// Covariance matrix of the uncertain parameters, `[uncertain][uncertain]`.
-    pub fn covariance(&self) -> Vec<Vec<f64>> {
-        let n = self.factor.len();
-        let entry = |i: usize, j: usize| self.factor[i].iter().zip(&self.factor[j]).map(|(a, b)| a * b).sum();
-        (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect()
+    /// Values of the parameters at `xi`: coordinates η = η₀ + L ξ, clamped to their bounds.
+    pub(crate) fn values_at(&self, xi: &[f64]) -> Vec<f64> {
+        let rows = self.uncertain.iter().zip(&self.factor);
+        rows.fold(self.values.clone(), |values, (index, row)| {
+            self.moved(values, *index, row.iter().zip(xi).map(|(l, x)| l * x).sum())
+        })
     }
 
-    /// Standard deviation of each uncertain parameter.
-    pub fn standard_deviations(&self) -> Vec<f64> {
+    /// Standard deviation of the coordinate of each uncertain parameter.
+    pub(crate) fn coordinate_sds(&self) -> Vec<f64> {
         self.factor.iter().map(|row| row.iter().map(|l| l * l).sum::<f64>().sqrt()).collect()
+    }
+
+    /// The explanation with this covariance of the uncertain parameters, in their units.
+    pub fn with_covariance(self, covariance: &[Vec<f64>]) -> Self {
+        let slopes = self.slopes();
+        let entry = |i: usize, j: usize| covariance[i][j] / (slopes[i] * slopes[j]);
+        let n = covariance.len();
+        let rows: Vec<Vec<f64>> = (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect();
+        Self { factor: factor_of(&rows), ..self }
+    }
+
+    /// Derivatives of the uncertain parameters by their coordinates, at the most probable values.
+    fn slopes(&self) -> Vec<f64> {
+        self.uncertain.iter().map(|i| self.slope_of_value(*i, self.values[*i])).collect()
+    }
+
+    /// Covariance matrix of the uncertain parameters about their most probable values, `[uncertain][uncertain]`.
+    pub fn covariance(&self) -> Vec<Vec<f64>> {
+        let (n, slopes) = (self.factor.len(), self.slopes());
+        let dot = |i: usize, j: usize| -> f64 {
+            self.factor[i].iter().zip(&self.factor[j]).map(|(a, b)| a * b).sum()
+        };
+        (0..n).map(|i| (0..n).map(|j| slopes[i] * slopes[j] * dot(i, j)).collect()).collect()
+    }
+
+    /// Standard deviation of each uncertain parameter about its most probable value.
+    pub fn standard_deviations(&self) -> Vec<f64> {
+        self.coordinate_sds().iter().zip(self.slopes()).map(|(sd, slope)| sd * slope).collect()
     }
 }
 

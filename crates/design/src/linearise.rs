@@ -2,9 +2,9 @@
 
 use crate::error::DesignError;
 use crate::explanation::{Explanation, factor_of};
-use crate::projection::Projection;
 use crate::whiten::{Columns, Interval, Reading};
-use augsim_system::{Offsets, Record, Seed, Simulated, SimulationError, Task};
+use augsim_linear::Mat;
+use augsim_system::{InitialValue, Offsets, Record, Seed, Simulated, SimulationError, Task};
 
 /// Number of first samples that determine the initial state: as many as the rough initial state uses.
 ///
@@ -78,10 +78,7 @@ impl Explanation {
         let seeds: Vec<Seed> = (0..start.mean.len()).map(Seed::Start).collect();
         let out = self.simulate(record, &self.values, &start.mean, &seeds)?;
         let broad = |state: usize| {
-            use augsim_system::InitialValue::{Prior, PriorAboutExpression, PriorAboutRecord};
-            if let Some(Prior(..) | PriorAboutExpression(_) | PriorAboutRecord(_)) =
-                self.system.schema().states.get(state).map(|s| s.initial)
-            {
+            if has_declared_prior(self, state) {
                 return 1.0;
             }
             let mut information = 0.0;
@@ -147,10 +144,10 @@ impl Explanation {
 
     /// Columns of deviations of the readings: `targets`, then the sensitivities of `out` to the unknowns.
     ///
-    /// `target(sample, output, column)` is the value of a target; a reading whose first target is not finite is left out.
+    /// `out` is simulated with the parameters `values`; `target(sample, output, column)` is the value of a target; a reading whose first target is not finite is left out.
     pub(crate) fn columns(
         &self,
-        out: &Simulated,
+        (out, values): (&Simulated, &[f64]),
         start: &Start,
         targets: usize,
         target: impl Fn(usize, usize, usize) -> f64,
@@ -165,7 +162,10 @@ impl Explanation {
                 }
                 columns.readings.push(Reading { sample, output });
                 columns.values.extend((0..targets).map(|t| target(sample, output, t)));
-                let slopes = out.slopes(sample, output);
+                let mut slopes = out.slopes(sample, output).to_vec();
+                for (slope, index) in slopes.iter_mut().zip(&self.uncertain) {
+                    *slope *= self.slope_of_value(*index, values[*index]);
+                }
                 // By the coordinates of the prior: the derivatives times its factor.
                 columns.values.extend((0..parameters).map(|j| {
                     slopes.iter().zip(&self.factor).map(|(slope, row)| slope * row[j]).sum::<f64>()
@@ -178,12 +178,11 @@ impl Explanation {
         columns
     }
 
-    /// The explanation with its parameters at `xi` and their covariance after the readings in `sums`.
-    pub(crate) fn after(&self, sums: &Projection, xi: &[f64]) -> Self {
-        // Covariance L (I + W'W)⁻¹ L' with the block of the parameters of the inverse.
+    /// The explanation with its parameters at `xi` and the covariance L B L', with the block B of the parameters.
+    pub(crate) fn after(&self, inverse: &Mat<f64>, xi: &[f64]) -> Self {
         let p = xi.len();
         let half = |row: &Vec<f64>| -> Vec<f64> {
-            (0..p).map(|j| (0..p).map(|k| row[k] * sums.inverse[(k, j)]).sum()).collect()
+            (0..p).map(|j| (0..p).map(|k| row[k] * inverse[(k, j)]).sum()).collect()
         };
         let entry = |row: &[f64], l: &Vec<f64>| row.iter().zip(l).map(|(a, b)| a * b).sum();
         let covariance: Vec<Vec<f64>> = (self.factor.iter().map(half))
@@ -240,10 +239,18 @@ impl Explanation {
     }
 }
 
-/// Number of readings within the first [`START_SAMPLES`] samples, if an initial state is estimated; otherwise 0.
-pub(crate) fn start_readings(columns: &Columns, start: &Start) -> usize {
-    if start.unknown().is_empty() {
+/// Number of readings within the first [`START_SAMPLES`] samples, if an initial state without a declared distribution
+/// is estimated; otherwise 0.
+pub(crate) fn start_readings(e: &Explanation, columns: &Columns, start: &Start) -> usize {
+    if start.unknown().iter().all(|(state, _)| has_declared_prior(e, *state)) {
         return 0;
     }
     columns.readings.iter().take_while(|reading| reading.sample < START_SAMPLES).count()
+}
+
+/// Whether the model declares a distribution of the initial value of a state.
+fn has_declared_prior(e: &Explanation, state: usize) -> bool {
+    let initial = e.system.schema().states.get(state).map(|s| s.initial);
+    use InitialValue::{Prior, PriorAboutExpression, PriorAboutRecord};
+    matches!(initial, Some(Prior(..) | PriorAboutExpression(_) | PriorAboutRecord(_)))
 }

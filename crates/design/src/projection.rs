@@ -5,11 +5,7 @@
 //!
 //! ```text
 //! (1)  min over δ of |z - W δ|² + |u + δ|²  =  z'z + u'u - g' H⁻¹ g,   g = W'z - u,   H = I + W'W
-//! (2)  -2 ln p(y) = (1) + ln |H| + ln |R| + n ln 2π
 //! ```
-//!
-//! Formula (2) is the logarithm of the marginal density of n readings: exact for a linear model, Laplace's
-//! approximation with the Hessian of Gauss and Newton at the most probable point (Tierney and Kadane 1986).
 
 use crate::whiten::Columns;
 use augsim_linear::{Mat, invert_positive_definite};
@@ -23,8 +19,6 @@ pub(crate) struct Projection {
     pub gradients: Vec<Vec<f64>>,
     /// Inverse of H = I + W'W, `[unknown][unknown]`.
     pub inverse: Mat<f64>,
-    /// Half the logarithm of the determinant of H.
-    pub half_log_determinant: f64,
 }
 
 impl Projection {
@@ -53,14 +47,8 @@ impl Projection {
             std::cmp::Ordering::Equal => 1.0 + h[i * unknowns + i],
             std::cmp::Ordering::Greater => h[i * unknowns + j],
         };
-        let inverted = invert_positive_definite(Mat::from_fn(unknowns, unknowns, lower))?;
-        let (inverse, half_log_determinant) = (inverted.inverse, inverted.half_log_determinant);
-        squares.iter().all(|s| s.is_finite()).then_some(Self {
-            squares,
-            gradients,
-            inverse,
-            half_log_determinant,
-        })
+        let inverse = invert_positive_definite(Mat::from_fn(unknowns, unknowns, lower))?.inverse;
+        squares.iter().all(|s| s.is_finite()).then_some(Self { squares, gradients, inverse })
     }
 
     /// Gauss-Newton step δ from the point `u` that minimises (1) for a target.
@@ -94,7 +82,6 @@ mod tests {
         let columns = Columns { readings, values: vec![3.0, 2.0, 1.0, 0.0], count: 2 };
         let sums = Projection::new(&columns, 1, 2).expect("finite");
         assert!((sums.minimum(0, &[0.0]) - (9.0 / 5.0 + 1.0)).abs() < 1e-12);
-        assert!((sums.half_log_determinant - 0.5 * 5.0_f64.ln()).abs() < 1e-12);
         // At another linearisation point, with the residual that a linear model has there, it is the same.
         let moved = Columns { values: vec![3.0 - 2.0 * 0.7, 2.0, 1.0, 0.0], ..columns };
         let sums = Projection::new(&moved, 1, 2).expect("finite");

@@ -6,7 +6,7 @@
 
 use crate::candidate::Experiment;
 use crate::draw::{draw_recording, draw_values};
-use crate::evidence::hear;
+use crate::evidence::Evidence;
 use crate::explanation::Explanation;
 use crate::verdict::{Tally, judge};
 use augsim_data::random_stream;
@@ -99,8 +99,7 @@ struct Sequence {
     truth: usize,
     values: Vec<f64>,
     rng: Xoshiro256PlusPlus,
-    current: Vec<Explanation>,
-    tallies: Vec<Tally>,
+    evidence: Vec<Evidence>,
     /// Largest log odds, nats, of the truth against its strongest rival so far.
     most: f64,
     /// Whether a run could not be simulated or judged; the odds then stay as they were.
@@ -112,10 +111,8 @@ impl Sequence {
     fn new(explanations: &[Explanation], truth: usize, index: u64, seed: u64) -> Self {
         let mut rng = random_stream(seed, "promise", index);
         let values = draw_values(&explanations[truth], &mut rng);
-        let tally = |e: &Explanation| Tally { log_weight: e.log_weight, ..Tally::default() };
-        let tallies = explanations.iter().map(tally).collect();
-        let most = f64::NEG_INFINITY;
-        Self { truth, values, rng, current: explanations.to_vec(), tallies, most, has_failed: false }
+        let evidence = explanations.iter().map(Evidence::new).collect();
+        Self { truth, values, rng, evidence, most: f64::NEG_INFINITY, has_failed: false }
     }
 
     /// Simulates and judges one more run.
@@ -128,15 +125,12 @@ impl Sequence {
             self.has_failed = true;
             return;
         };
-        for (e, tally) in self.current.iter_mut().zip(&mut self.tallies) {
-            let Ok(heard) = hear(e, &record) else {
-                self.has_failed = true;
-                return;
-            };
-            tally.add(&heard);
-            *e = heard.updated;
+        if self.evidence.iter_mut().any(|evidence| evidence.add(&record).is_err()) {
+            self.has_failed = true;
+            return;
         }
-        let judgement = judge(&self.tallies, &vec![false; self.tallies.len()], f64::INFINITY);
+        let tallies: Vec<Tally> = self.evidence.iter().map(Evidence::tally).collect();
+        let judgement = judge(&tallies, &vec![false; tallies.len()], f64::INFINITY);
         let rivals = judgement.log_e_values.iter().enumerate().filter(|(j, _)| *j != self.truth);
         self.most = self.most.max(rivals.map(|(_, e)| *e).fold(f64::INFINITY, f64::min));
     }

@@ -24,8 +24,8 @@
 
 use crate::candidate::{Candidate, Experiment};
 use crate::error::DesignError;
-use crate::evidence::hear;
 use crate::explanation::Explanation;
+use crate::joint::Joint;
 use crate::limits::Limits;
 use crate::linearise::{Start, start_readings};
 use crate::projection::Projection;
@@ -96,6 +96,13 @@ impl Study<'_> {
         self.scored(candidate, scale, experiment, &runs, limited_by)
     }
 
+    /// Scores an experiment as it is; `None` if an explanation cannot be simulated or exceeds a limit.
+    pub fn score_experiment(&self, experiment: &Experiment) -> Option<Scored> {
+        let runs = self.runs(experiment).ok()?;
+        let nothing = Candidate { inputs: Vec::new(), starts: Vec::new() };
+        self.scored(&nothing, 1.0, experiment.clone(), &runs, None)
+    }
+
     /// Simulates all draws of all explanations; the error names the limit that one of them exceeds.
     fn runs(&self, experiment: &Experiment) -> Result<Vec<Prepared>, String> {
         let record = experiment.record("design");
@@ -162,7 +169,10 @@ impl Study<'_> {
             for run in runs {
                 let path = |o: usize| (0..run.samples()).map(|k| run.value(k, o)).collect();
                 let noise_free = Record { values: (0..truth.outputs).map(path).collect(), ..record.clone() };
-                let evidence = |e: &Explanation| hear(e, &noise_free).ok().map(|heard| heard.log_evidence);
+                let evidence = |e: &Explanation| {
+                    let mut joint = Joint::new(e, 1.0, vec![0.0; e.uncertain.len()]);
+                    joint.add_all(std::slice::from_ref(&noise_free)).ok().map(|()| joint.log_density())
+                };
                 let of_truth = evidence(truth)?;
                 for (j, rival) in self.explanations.iter().enumerate().filter(|(j, _)| *j != i) {
                     refitted.log_odds[i][j].push(of_truth - evidence(rival)?);
@@ -220,11 +230,11 @@ fn compare(rival: &Explanation, own: &Prepared, truths: &[&Prepared]) -> Result<
         None => 0.0,
     };
     let targets = runs.len().max(1);
-    let mut columns = rival.columns(&out, &start, targets, difference);
+    let mut columns = rival.columns((&out, &rival.values), &start, targets, difference);
     let intervals = rival.intervals(&own.record, &rival.values, &out)?;
     whiten(&rival.noise, &own.record.times, &mut columns, &intervals);
     let rows = columns.readings.len();
-    let first_rows = start_readings(&columns, &start);
+    let first_rows = start_readings(rival, &columns, &start);
     let not_finite = || DesignError::NotFinite { name: rival.name.clone(), record: own.record.id.clone() };
     let all = Projection::new(&columns, targets, rows).ok_or_else(not_finite)?;
     let first = Projection::new(&columns, targets, first_rows).ok_or_else(not_finite)?;
@@ -237,7 +247,7 @@ fn compare(rival: &Explanation, own: &Prepared, truths: &[&Prepared]) -> Result<
         log_odds.push(((target..target + truth.runs.len()).map(expected).collect(), raw));
         target += truth.runs.len();
     }
-    let after = rival.after(&all, &vec![0.0; rival.uncertain.len()]);
+    let after = rival.after(&all.inverse, &vec![0.0; rival.uncertain.len()]);
     let half_log = |e: &Explanation| {
         (0..e.factor.len()).map(|i| e.factor[i][i].max(f64::MIN_POSITIVE).ln()).sum::<f64>()
     };

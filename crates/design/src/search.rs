@@ -113,6 +113,28 @@ pub fn random_run(request: &Request<'_>, number: u64) -> Result<Run, DesignError
     Err(no_design(request.limits))
 }
 
+/// Index of the recorded experiment that separates the explanations best, as a design is chosen; `None` if none can be
+/// simulated.
+pub fn choose(request: &Request<'_>, pool: &[Experiment]) -> Option<usize> {
+    let study = study(request.explanations, request, sufficient_mean(request.odds.ln()));
+    let count = request.explanations.len();
+    let planned = vec![vec![0.0; count]; count];
+    let scored = |(index, experiment): (usize, &Experiment)| {
+        let scored = study.score_experiment(experiment)?;
+        Some((study.value(&scored, &planned), (index, scored)))
+    };
+    let mut all: Vec<(f64, (usize, Scored))> = pool.par_iter().enumerate().filter_map(scored).collect();
+    // A stable sort: equal scores stay in the order of the pool.
+    all.sort_by(|a, b| b.0.total_cmp(&a.0));
+    all.truncate(FULLY_SCORED);
+    let full = |(linear, (index, scored)): (f64, (usize, Scored))| {
+        let value = full_score(&study, &planned, scored).map_or(linear, |(value, _)| value);
+        (value, index)
+    };
+    let all: Vec<(f64, usize)> = all.into_par_iter().map(full).collect();
+    all.into_iter().reduce(|a, b| if b.0 > a.0 { b } else { a }).map(|(_, index)| index)
+}
+
 fn no_design(limits: &Limits) -> DesignError {
     let names: Vec<&str> = limits.ranges.keys().map(String::as_str).collect();
     DesignError::NoDesign(format!(
@@ -225,14 +247,8 @@ fn within_limits(study: &Study<'_>, chosen: Scored, request: &Request<'_>) -> Re
 /// Parameter values at which limits are checked: ends of each 95 % interval, and draws.
 fn check_values(e: &Explanation, index: usize, seed: u64) -> Vec<Vec<f64>> {
     let mut list = vec![e.values.clone()];
-    for (place, sd) in e.uncertain.iter().zip(e.standard_deviations()) {
-        let p = &e.system.parameters()[*place];
-        for side in [-INTERVAL, INTERVAL] {
-            let mut values = e.values.clone();
-            values[*place] =
-                (values[*place] + side * sd).clamp(p.min.min(values[*place]), p.max.max(values[*place]));
-            list.push(values);
-        }
+    for (place, sd) in e.uncertain.iter().zip(e.coordinate_sds()) {
+        list.extend([-INTERVAL, INTERVAL].map(|side| e.moved(e.values.clone(), *place, side * sd)));
     }
     let drawn = |k: u64| draw_values(e, &mut random_stream(seed, "limit draws", ((index as u64) << 32) + k));
     list.extend((0..CHECK_DRAWS).map(drawn));

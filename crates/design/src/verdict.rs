@@ -1,22 +1,22 @@
 //! Sequential evidence: e-values that stay valid when one looks after every run.
 //!
-//! Let p_i be the product of the predictive densities of the new recordings under explanation i. If explanation j is true
-//! (with parameters drawn from its distribution), then
+//! Let p_i be the mixture density of all new recordings under explanation i, and q_j their maximised likelihood under
+//! explanation j, formulas (1) and (2) of `evidence.rs`. Then
 //!
 //! ```text
-//! (1)  E_j = sum over i ≠ j of v_i p_i / p_j,    v_i = w_i / sum over k ≠ j of w_k
+//! (1)  E_j = sum over i ≠ j of v_i p_i / q_j,    v_i = w_i / sum over k ≠ j of w_k
 //! ```
 //!
-//! is a nonnegative martingale of mean 1 over the runs, because each p_i is a density that was fixed before its recording
-//! was seen. By Ville's inequality (1939) the probability that E_j ever reaches c is at most 1 / c, at whatever run one
-//! stops and whatever was seen before (likelihood ratio bound: Robbins 1970; e-values and optional stopping: Grünwald, de Heide
-//! and Koolen 2024; Ramdas, Grünwald, Vovk and Shafer 2023). Explanation j is rejected once E_j has reached the required odds.
+//! is at most a nonnegative martingale of mean 1 over the runs if explanation j is true, at every value of its parameters: q_j is
+//! at least the likelihood of j, and each p_i is a density of the recordings that was fixed before they were seen (universal
+//! inference: Wasserman, Ramdas and Balakrishnan 2020). By Ville's inequality (1939) the probability that E_j ever
+//! reaches c is at most 1 / c, at whatever run one stops and whatever was seen before (Robbins 1970; e-values and optional
+//! stopping: Grünwald, de Heide and Koolen 2024; Ramdas, Grünwald, Vovk and Shafer 2023). Explanation j is rejected once
+//! E_j has reached the required odds. An e-value of an earlier judgement multiplies E_j: the product is an e-value.
 //!
 //! Where even the best explanation has larger prediction errors than its noise, all log densities are divided by the
 //! dispersion φ > 1 of its standardised errors (quasi-likelihood: McCullagh 1983). A power E^(1/φ) of an e-value is
 //! one too, by Jensen's inequality.
-
-use crate::evidence::Heard;
 
 /// Dispersion from which on no explanation predicts the recordings: errors are twice as large as the noise.
 ///
@@ -28,21 +28,16 @@ const MAX_DISPERSION: f64 = 4.0;
 pub struct Tally {
     /// Logarithm of the prior weight.
     pub log_weight: f64,
-    /// Sum of the log evidence of the new recordings, nats.
-    pub log_evidence: f64,
+    /// Logarithm of the e-value against the explanation from earlier judgements, nats.
+    pub log_e_value: f64,
+    /// Logarithm of the mixture density p of the new recordings, nats.
+    pub log_density: f64,
+    /// Logarithm of the maximised likelihood q of the new recordings, nats.
+    pub log_maximum: f64,
     /// Sum of the squares of the standardised prediction errors.
     pub squares: f64,
     /// Number of these prediction errors.
     pub count: usize,
-}
-
-impl Tally {
-    /// Adds the evidence of a recording.
-    pub fn add(&mut self, heard: &Heard) {
-        self.log_evidence += heard.log_evidence;
-        self.squares += heard.squares;
-        self.count += heard.count;
-    }
 }
 
 /// What the recordings say.
@@ -76,15 +71,17 @@ pub fn judge(tallies: &[Tally], rejected: &[bool], odds: f64) -> Judgement {
     let ratio = |t: &Tally| t.squares / t.count.max(1) as f64;
     let best = tallies.iter().map(ratio).fold(f64::INFINITY, f64::min);
     let dispersion = if best.is_finite() { best.max(1.0) } else { 1.0 };
-    let evidence: Vec<f64> = tallies.iter().map(|t| t.log_evidence / dispersion).collect();
+    let densities: Vec<f64> = tallies.iter().map(|t| t.log_density / dispersion).collect();
     let log_e_value = |j: usize| {
         let others = (0..tallies.len()).filter(|i| *i != j);
         let norm = log_sum(others.clone().map(|i| tallies[i].log_weight));
-        log_sum(others.map(|i| tallies[i].log_weight - norm + evidence[i] - evidence[j]))
+        log_sum(others.map(|i| tallies[i].log_weight - norm + densities[i]))
+            - tallies[j].log_maximum / dispersion
+            + tallies[j].log_e_value
     };
     let log_e_values: Vec<f64> = (0..tallies.len()).map(log_e_value).collect();
-    let norm = log_sum(tallies.iter().zip(&evidence).map(|(t, e)| t.log_weight + e));
-    let weights = tallies.iter().zip(&evidence).map(|(t, e)| (t.log_weight + e - norm).exp()).collect();
+    let norm = log_sum(tallies.iter().zip(&densities).map(|(t, e)| t.log_weight + e));
+    let weights = tallies.iter().zip(&densities).map(|(t, e)| (t.log_weight + e - norm).exp()).collect();
     let is_left = |j: &usize| !rejected.get(*j).copied().unwrap_or(false) && log_e_values[*j] < odds.ln();
     let left: Vec<usize> = (0..tallies.len()).filter(is_left).collect();
     let verdict = match left[..] {
@@ -114,8 +111,16 @@ mod tests {
     use augsim_data::random_stream;
     use rand_distr::{Distribution, StandardNormal};
 
-    fn tally(log_evidence: f64, squares: f64) -> Tally {
-        Tally { log_weight: 0.0, log_evidence, squares, count: 100 }
+    /// Explanations without free parameters: density and maximised likelihood are the same.
+    fn tally(log_density: f64, squares: f64) -> Tally {
+        Tally {
+            log_weight: 0.0,
+            log_e_value: 0.0,
+            log_density,
+            log_maximum: log_density,
+            squares,
+            count: 100,
+        }
     }
 
     #[test]
@@ -146,7 +151,8 @@ mod tests {
             for _ in 0..60 {
                 let x: f64 = StandardNormal.sample(&mut rng);
                 for (tally, mean) in tallies.iter_mut().zip([0.0, 1.0, -1.0]) {
-                    tally.log_evidence -= 0.5 * (x - mean) * (x - mean);
+                    tally.log_density -= 0.5 * (x - mean) * (x - mean);
+                    tally.log_maximum = tally.log_density;
                 }
                 is_rejected |= judge(&tallies, &[false; 3], 20.0).log_e_values[0] >= 20.0_f64.ln();
             }

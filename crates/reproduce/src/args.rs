@@ -24,6 +24,9 @@ pub enum Scenario {
     Filtered,
     /// All model classes of `train` and the baselines under one protocol, in one table.
     League,
+    /// Recorded runs chosen one by one as `next` would choose them, against random order: the number of runs to the
+    /// verdict of the whole pool.
+    Next,
 }
 
 /// Systems for which all model classes are compared (`reproduce league`).
@@ -85,17 +88,29 @@ pub enum NetArg {
 pub struct Reproduce {
     /// Result to reproduce.
     pub scenario: Scenario,
+    /// Next: recordings (file or folder) from which runs are chosen. Without it, the pools of the data sets in `--data`.
+    #[arg(requires = "explanations")]
+    pub pool: Option<PathBuf>,
+    /// Next: model files of the explanations of the pool, with their free parameters.
+    #[arg(long, num_args = 1.., value_name = "MODEL", requires = "pool")]
+    pub explanations: Vec<PathBuf>,
+    /// Next: number of random orders.
+    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub orders: u32,
+    /// Next: number of first recordings, drawn at random, to which the explanations are fitted.
+    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub first: u32,
     /// Data folder. Ball: folder with `train.csv.gz` and `test_1000.csv.gz`; without it drops with the
     /// same random restitution are generated. Push: folder with published MIT Push files (folders `abs`,
     /// `plywood`, …), with `mit-pusher-slider-runs`, or both; missing data are generated, and the table
-    /// shows which. Loop, systems and robots: folder with all data sets.
+    /// shows which. Loop, systems, robots and next: folder with all data sets.
     #[arg(long)]
     pub data: Option<PathBuf>,
     /// Ball: number of generated test drops.
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..))]
     pub test_drops: u32,
     /// Output folder for training runs, `result.json` and `report.html` (default: `out/ball`,
-    /// `out/push`, `out/loop`, `out/systems`, `out/robots`, `out/filtered`, `out/league`).
+    /// `out/push`, `out/loop`, `out/systems`, `out/robots`, `out/filtered`, `out/league`, `out/replay`).
     #[arg(long)]
     pub out: Option<PathBuf>,
     /// Run a reduced version: a tenth of the iterations. Push: also fewer pushes and fewer data sets.

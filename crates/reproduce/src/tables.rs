@@ -7,6 +7,7 @@ use crate::experiment::data::Data;
 use crate::experiment::{Sizes, ball, push, runs_folder};
 use crate::filtered;
 use crate::league;
+use crate::next;
 use crate::reproduction::{claim, drop_sources, iterations, record_sources, repeat};
 use crate::robots;
 use crate::systems;
@@ -26,6 +27,9 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     if args.part.is_some() && !matches!(args.scenario, Scenario::League | Scenario::Filtered) {
         return Err(Usage::Inapplicable(Inapplicable::OneScenario).into());
     }
+    if args.pool.is_some() && args.scenario != Scenario::Next {
+        return Err(Usage::Inapplicable(Inapplicable::PoolOfReproduction).into());
+    }
     match args.scenario {
         Scenario::Ball => drops(args, seed, force, output),
         Scenario::Push => pushing(args, seed, force, output),
@@ -34,6 +38,7 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
         Scenario::Robots => robots::run(args, seed, force, output),
         Scenario::Filtered => filtered::run(args, seed, force, output),
         Scenario::League => league::run(args, seed, force, output),
+        Scenario::Next => next::run(args, seed, force, output),
     }
 }
 

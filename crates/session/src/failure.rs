@@ -5,6 +5,7 @@ use crate::equations::fit::OutOfTime;
 use crate::robot::RobotFault;
 use augsim_data::push::PushError;
 use augsim_data::{DataError, Source};
+use augsim_design::DesignError;
 use augsim_discovery::DiscoveryError;
 use augsim_robot::TreeError;
 use augsim_trainer::{EngineError, TrainerError};
@@ -60,6 +61,13 @@ impl Failure {
             || cause.downcast_ref::<DiscoveryError>().is_some_and(DiscoveryError::is_numerical)
         {
             return Some(Failure::Numerical);
+        }
+        if let Some(e) = cause.downcast_ref::<DesignError>() {
+            return Some(match e {
+                DesignError::NoDesign(_) => Failure::Usage,
+                DesignError::Objection { .. } => Failure::Data,
+                DesignError::Simulation { .. } | DesignError::NotFinite { .. } => Failure::Numerical,
+            });
         }
         cause.downcast_ref::<TrainerError>().map(|e| match e {
             TrainerError::Setting { .. } => Failure::Usage,

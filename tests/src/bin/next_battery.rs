@@ -13,8 +13,8 @@
 use anyhow::Result;
 use augsim_data::random_stream;
 use augsim_design::{
-    Experiment, Explanation, InputLimits, Limits, Request, Run, Tally, Verdict, design, draw_recording, hear,
-    judge, promise, random_run,
+    Evidence, Experiment, Explanation, InputLimits, Limits, Request, Run, Tally, Verdict, design,
+    draw_recording, judge, promise, random_run,
 };
 use augsim_session::equations::fit::fit;
 use augsim_session::next::{Source, explanations};
@@ -66,6 +66,10 @@ struct Counts {
     random_runs: usize,
     unfinished: [usize; 2],
     false_verdicts: [usize; 2],
+    /// The same by the ratio of the mixture densities alone, which the rule is compared with.
+    mixture_runs: [usize; 2],
+    mixture_false: [usize; 2],
+    mixture_unfinished: [usize; 2],
     promised: usize,
     kept: usize,
     none_fits: usize,
@@ -80,9 +84,9 @@ fn main() -> Result<()> {
     let mut out = std::io::stdout();
     writeln!(
         out,
-        "| pair | runs, design | runs, random | ratio | promised runs | promise kept | false, design | false, random | unfinished | none fits | failed | log odds of the first run: expected, designed, random, nats |"
+        "| pair | runs, design | runs, random | ratio | promised runs | promise kept | false, design | false, random | unfinished | none fits | failed | log odds of the first run: expected, designed, random, nats | ratio of mixture densities alone: runs, false, unfinished (designed, random) |"
     )?;
-    writeln!(out, "|---|---|---|---|---|---|---|---|---|---|---|---|")?;
+    writeln!(out, "|---|---|---|---|---|---|---|---|---|---|---|---|---|")?;
     let mut total = Counts::default();
     for (index, pair) in PAIRS.iter().enumerate().filter(|(_, pair)| pair.name.contains(&options.only)) {
         let run = |replicate: u64| {
@@ -112,6 +116,9 @@ fn add(sum: &mut Counts, other: &Counts) {
     for k in 0..2 {
         sum.unfinished[k] += other.unfinished[k];
         sum.false_verdicts[k] += other.false_verdicts[k];
+        sum.mixture_runs[k] += other.mixture_runs[k];
+        sum.mixture_false[k] += other.mixture_false[k];
+        sum.mixture_unfinished[k] += other.mixture_unfinished[k];
     }
     sum.promised += other.promised;
     sum.kept += other.kept;
@@ -129,7 +136,7 @@ fn print_row(out: &mut impl Write, name: &str, c: &Counts) -> Result<()> {
     promised.sort_unstable();
     writeln!(
         out,
-        "| {name} | {:.2} | {:.2} | {:.2} | {promised:?} | {} of {} ({:.1} %) | {} | {} | {:?} | {} | {} | {:.1?} |",
+        "| {name} | {:.2} | {:.2} | {:.2} | {promised:?} | {} of {} ({:.1} %) | {} | {} | {:?} | {} | {} | {:.1?} | {:.2?} {:?} {:?} |",
         c.designed_runs as f64 / n,
         c.random_runs as f64 / n,
         c.designed_runs as f64 / c.random_runs.max(1) as f64,
@@ -141,7 +148,10 @@ fn print_row(out: &mut impl Write, name: &str, c: &Counts) -> Result<()> {
         c.unfinished,
         c.none_fits,
         c.failed,
-        c.first_run.map(|sum| sum / n)
+        c.first_run.map(|sum| sum / n),
+        c.mixture_runs.map(|sum| sum as f64 / n),
+        c.mixture_false,
+        c.mixture_unfinished
     )?;
     out.flush()?;
     Ok(())
@@ -169,9 +179,10 @@ fn truth_of(pair: &Pair, which: usize, sd: f64, values: &[f64]) -> Result<Explan
     for p in model.parameters.iter_mut().filter(|p| !p.frozen) {
         p.ci95 = Some([0.99 * p.nominal, 1.01 * p.nominal]);
     }
-    let source = Source { name: "truth".into(), model, log_weight: 0.0, widths: BTreeMap::new() };
+    let source =
+        Source { name: "truth".into(), model, log_weight: 0.0, log_e_value: 0.0, widths: BTreeMap::new() };
     let blank = Record { values: vec![vec![f64::NAN; 101]], ..first_experiment(pair, 1.0).record("blank") };
-    let mut truth = explanations(&[source], &[blank])?.swap_remove(0);
+    let mut truth = explanations(&[source], &[], &[blank])?.swap_remove(0);
     // The recording has no readings, so the values are those of the prior; the truth has its own.
     truth.values = truth.system.parameters().iter().map(|p| p.nominal).collect();
     Ok(truth)
@@ -217,10 +228,11 @@ fn fitted(pair: &Pair, sd: f64, seed: u64, replicate: u64) -> Result<Fitted> {
             name: ["first", "second"][k].to_owned(),
             model,
             log_weight: 0.0,
+            log_e_value: 0.0,
             widths: BTreeMap::new(),
         })
     };
-    let live = explanations(&[source(0)?, source(1)?], &records)?;
+    let live = explanations(&[source(0)?, source(1)?], &records, &records)?;
     Ok(Fitted { truth, which, live })
 }
 
@@ -250,20 +262,24 @@ fn replicate_of(pair: &Pair, seed: u64, replicate: u64, sequences: u64) -> Resul
         let mut plan: Vec<Experiment> =
             (0..promised.runs).map(|k| experiments[k % experiments.len()].clone()).collect();
         let mut new_plans = 0;
-        let mut next = |k: usize, current: &[Explanation]| {
+        let mut next = |k: usize, evidence: &[Evidence]| {
             if k >= plan.len() && new_plans < NEW_PLANS {
                 new_plans += 1;
-                let again = Request { explanations: current, budget: 2, ..request.clone() };
+                let current: Vec<Explanation> = evidence.iter().map(Evidence::updated).collect();
+                let again = Request { explanations: &current, budget: 2, ..request.clone() };
                 plan.extend(design(&again)?.into_iter().map(|run| run.experiment));
             }
             Ok(plan[k % plan.len()].clone())
         };
         let path = sequence(&truth, &live, &mut next, promised.runs, &mut rng)?;
-        let mut next = |k: usize, _: &[Explanation]| Ok(random[(k + 7 * s as usize) % random.len()].clone());
+        let mut next = |k: usize, _: &[Evidence]| Ok(random[(k + 7 * s as usize) % random.len()].clone());
         let by_chance = sequence(&truth, &live, &mut next, 1, &mut rng)?;
         counts.sequences += 1;
         for (arm, path) in [&path, &by_chance].into_iter().enumerate() {
             counts.false_verdicts[arm] += usize::from(path.verdict.is_some_and(|v| v != which));
+            counts.mixture_runs[arm] += path.mixture.0;
+            counts.mixture_false[arm] += usize::from(path.mixture.1.is_some_and(|v| v != which));
+            counts.mixture_unfinished[arm] += usize::from(path.mixture.1.is_none());
             counts.unfinished[arm] += usize::from(path.verdict.is_none());
             counts.none_fits += usize::from(path.has_none_fitting);
         }
@@ -286,6 +302,8 @@ struct Path {
     runs: usize,
     verdict: Option<usize>,
     has_none_fitting: bool,
+    /// The same by the ratio of the mixture densities.
+    mixture: (usize, Option<usize>),
     /// Log odds for each explanation after each run, `[explanation][run]`.
     log_odds: [Vec<f64>; 2],
 }
@@ -293,21 +311,29 @@ struct Path {
 fn sequence(
     truth: &Explanation,
     live: &[Explanation],
-    next: &mut dyn FnMut(usize, &[Explanation]) -> Result<Experiment>,
+    next: &mut dyn FnMut(usize, &[Evidence]) -> Result<Experiment>,
     at_least: usize,
     rng: &mut impl rand::Rng,
 ) -> Result<Path> {
-    let mut current = live.to_vec();
-    let mut tallies = vec![Tally::default(); live.len()];
-    let mut path =
-        Path { runs: MAX_RUNS, verdict: None, has_none_fitting: false, log_odds: [Vec::new(), Vec::new()] };
+    let mut evidence: Vec<Evidence> = live.iter().map(Evidence::new).collect();
+    let mut path = Path {
+        runs: MAX_RUNS,
+        verdict: None,
+        has_none_fitting: false,
+        mixture: (MAX_RUNS, None),
+        log_odds: [Vec::new(), Vec::new()],
+    };
     let mut rejected = vec![false; live.len()];
     for k in 0..MAX_RUNS {
-        let record = draw_recording(truth, &truth.values, &next(k, &current)?, "new", rng)?;
-        for (e, tally) in current.iter_mut().zip(&mut tallies) {
-            let heard = hear(e, &record)?;
-            tally.add(&heard);
-            *e = heard.updated;
+        let experiment = next(k, &evidence)?;
+        let record = draw_recording(truth, &truth.values, &experiment, "new", rng)?;
+        for one in &mut evidence {
+            one.add(&record)?;
+        }
+        let tallies: Vec<Tally> = evidence.iter().map(Evidence::tally).collect();
+        let ratio = tallies[0].log_density - tallies[1].log_density;
+        if path.mixture.1.is_none() && ratio.abs() > 1000.0_f64.ln() {
+            path.mixture = (k + 1, Some(usize::from(ratio < 0.0)));
         }
         let judgement = judge(&tallies, &rejected, 1000.0);
         path.log_odds[0].push(judgement.log_e_values[1]);

@@ -26,7 +26,7 @@ pub struct Input {
 
 /// Equations of one explanation.
 pub struct Body {
-    /// Start of each state.
+    /// Start of each state: at rest, known to a small error.
     pub states: &'static str,
     /// Name and true value of each parameter.
     pub parameters: &'static [(&'static str, f64)],
@@ -38,7 +38,7 @@ pub struct Body {
 
 const FORCE: Input = Input { name: "force_N", range: [-2.0, 2.0], first: 0.7 };
 const VOLTAGE: Input = Input { name: "u_V", range: [-6.0, 6.0], first: 2.0 };
-const MASS: &str = "x_m = { start = 0.0 }\nv_m_s = { start = 0.0 }\n";
+const MASS: &str = "x_m = { start = 0.0, sd = 0.001 }\nv_m_s = { start = 0.0, sd = 0.001 }\n";
 const MASS_RATES: &str = "x_m = \"v_m_s\"\n";
 
 /// A mass on a rail whose position is measured; `v_m_s` is its last state.
@@ -82,13 +82,13 @@ pub const PAIRS: [Pair; 12] = [
         inputs: &[FORCE],
         models: [
             Body {
-                states: "x_m = { start = 0.0 }\nv_m_s = { start = 0.0 }\ny_m = { start = 0.0 }\n",
+                states: "x_m = { start = 0.0, sd = 0.001 }\nv_m_s = { start = 0.0, sd = 0.001 }\ny_m = { start = 0.0, sd = 0.001 }\n",
                 parameters: &[("m_kg", 1.0), ("c_kg_per_m", 0.8), ("lag_s", 0.25)],
                 rates: "y_m = \"(x_m - y_m) / lag_s\"\nv_m_s = \"(force_N - c_kg_per_m * v_m_s * abs(v_m_s)) / m_kg\"",
                 output: "y_m",
             },
             Body {
-                states: "x_m = { start = 0.0 }\nv_m_s = { start = 0.0 }\nf_N = { start = 0.0 }\n",
+                states: "x_m = { start = 0.0, sd = 0.001 }\nv_m_s = { start = 0.0, sd = 0.001 }\nf_N = { start = 0.0, sd = 0.001 }\n",
                 parameters: &[("m_kg", 1.0), ("c_kg_per_m", 0.8), ("lag_s", 0.25)],
                 rates: "f_N = \"(force_N - f_N) / lag_s\"\nv_m_s = \"(f_N - c_kg_per_m * v_m_s * abs(v_m_s)) / m_kg\"",
                 output: "x_m",
@@ -214,13 +214,13 @@ pub const PAIRS: [Pair; 12] = [
         inputs: &[Input { name: "p_W", range: [0.0, 40.0], first: 10.0 }],
         models: [
             Body {
-                states: "rise_K = { start = 0.0 }\n",
+                states: "rise_K = { start = 0.0, sd = 0.001 }\n",
                 parameters: &[("c_J_per_K", 1.0), ("h_W_per_K", 0.4)],
                 rates: "rise_K = \"(p_W - h_W_per_K * rise_K) / c_J_per_K\"",
                 output: "rise_K",
             },
             Body {
-                states: "rise_K = { start = 0.0 }\n",
+                states: "rise_K = { start = 0.0, sd = 0.001 }\n",
                 parameters: &[("c_J_per_K", 1.0), ("h_W_per_K", 0.3), ("b_per_K", 0.008)],
                 rates: "rise_K = \"(p_W - h_W_per_K * rise_K * (1.0 + b_per_K * rise_K)) / c_J_per_K\"",
                 output: "rise_K",
@@ -234,13 +234,13 @@ pub const PAIRS: [Pair; 12] = [
         inputs: &[VOLTAGE],
         models: [
             Body {
-                states: "w_rad_s = { start = 0.0 }\n",
+                states: "w_rad_s = { start = 0.0, sd = 0.001 }\n",
                 parameters: &[("k_rad_per_V_s2", 4.0), ("d_per_s", 1.0)],
                 rates: "w_rad_s = \"k_rad_per_V_s2 * u_V - d_per_s * w_rad_s\"",
                 output: "w_rad_s",
             },
             Body {
-                states: "w_rad_s = { start = 0.0 }\n",
+                states: "w_rad_s = { start = 0.0, sd = 0.001 }\n",
                 parameters: &[("k_rad_per_V_s2", 4.0), ("d_per_s", 0.6), ("e_per_rad", 0.05)],
                 rates: "w_rad_s = \"k_rad_per_V_s2 * u_V - d_per_s * w_rad_s - e_per_rad * w_rad_s * abs(w_rad_s)\"",
                 output: "w_rad_s",
@@ -283,8 +283,9 @@ impl Pair {
         if self.process_sd == 0.0 {
             return states.to_owned();
         }
-        let shaken = format!("{{ start = 0.0, shaken = {{ sd = {}, memory_s = 0.3 }} }}", self.process_sd);
+        let shaken =
+            format!("{{ start = 0.0, sd = 0.001, shaken = {{ sd = {}, memory_s = 0.3 }} }}", self.process_sd);
         let place = if states.contains("v_m_s") { "v_m_s = " } else { "rise_K = " };
-        states.replace(&format!("{place}{{ start = 0.0 }}"), &format!("{place}{shaken}"))
+        states.replace(&format!("{place}{{ start = 0.0, sd = 0.001 }}"), &format!("{place}{shaken}"))
     }
 }

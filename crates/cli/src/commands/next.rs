@@ -65,7 +65,7 @@ pub fn next(args: &Next, seed: u64, force: bool, output: &Output) -> anyhow::Res
     for (name, text) in &planned.files {
         claim.write(name, text)?;
     }
-    let page = claim.write(REPORT, &plan_page(&planned, &limits, seed).render())?;
+    let page = claim.write(REPORT, &plan_page(&planned, seed).render())?;
     claim.write_timing(())?;
     output
         .result(&planned.state, || format!("{}\n\nreport: {}", plan_text(&planned.state), page.display()))?;

@@ -34,6 +34,7 @@ mod exported;
 mod filtered;
 mod found;
 mod nets_of_equations;
+mod next_experiment;
 mod residual;
 mod robot;
 mod simulate_push;

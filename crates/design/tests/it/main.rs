@@ -3,7 +3,7 @@
 mod designed;
 mod evidence;
 
-use augsim_design::{Explanation, Noise, SensorNoise, factor_of};
+use augsim_design::{Explanation, Noise, SensorNoise};
 use augsim_equations::{EquationSystem, model};
 use augsim_system::{Record, Simulate, Stream};
 use std::sync::Arc;
@@ -20,17 +20,20 @@ fn explanation(name: &str, text: &str, sds: &[f64], noise: SensorNoise) -> Expla
     let covariance: Vec<Vec<f64>> = (0..sds.len())
         .map(|i| (0..sds.len()).map(|j| if i == j { sds[i] * sds[i] } else { 0.0 }).collect())
         .collect();
-    Explanation {
+    let explanation = Explanation {
         name: name.to_owned(),
         outputs: model.outputs.len(),
         values: parameters.iter().map(|p| p.nominal).collect(),
         uncertain,
-        factor: factor_of(&covariance),
+        factor: Vec::new(),
+        is_normal: true,
         noise: Noise { sensors: vec![noise], process: Vec::new() },
         log_weight: 0.0,
+        log_e_value: 0.0,
         driven: None,
         system: Arc::new(system),
-    }
+    };
+    explanation.with_covariance(&covariance)
 }
 
 fn white(sd: f64) -> SensorNoise {

@@ -4,7 +4,7 @@ use super::fault::NextFault;
 use super::source::Source;
 use crate::Usage;
 use crate::equations::fit::prepare_records;
-use augsim_design::{Explanation, Noise, RateNoise, SensorNoise, factor_of};
+use augsim_design::{Explanation, Noise, RateNoise, SensorNoise};
 use augsim_equations::model::{Covariance, Hold};
 use augsim_equations::{EquationSystem, Model};
 use augsim_system::{NORMAL_95, Record, Simulate};
@@ -44,7 +44,6 @@ pub(super) fn compile(source: &Source, (records, starts): &Tuning) -> anyhow::Re
         false => Some(Arc::new(system.with_process_noise_inputs()?) as Arc<dyn augsim_system::System>),
     };
     let values = system.parameters().iter().map(|p| p.nominal).collect();
-    let factor = factor_of(&covariance);
     let outputs = model.outputs.len();
     let explanation = Explanation {
         name: name.to_owned(),
@@ -53,11 +52,13 @@ pub(super) fn compile(source: &Source, (records, starts): &Tuning) -> anyhow::Re
         outputs,
         values,
         uncertain,
-        factor,
+        factor: Vec::new(),
+        is_normal: true,
         noise,
         log_weight: source.log_weight,
+        log_e_value: source.log_e_value,
     };
-    Ok((explanation, widths))
+    Ok((explanation.with_covariance(&covariance), widths))
 }
 
 /// Indices of the uncertain parameters of a model, and their covariance.

@@ -2,10 +2,9 @@
 
 use super::explanation::write_back;
 use super::plan::compiled;
-use super::source::Source;
-use super::state::{HeardRun, State};
+use super::state::{HeardRun, Recording, State};
 use super::text::listen_sentence;
-use augsim_design::{Explanation, Judgement, Verdict, hear, judge};
+use augsim_design::{Evidence, Judgement, Tally, Verdict, judge};
 use augsim_system::Record;
 use std::collections::BTreeMap;
 
@@ -20,49 +19,37 @@ pub struct ListenRequest<'a> {
 
 /// Updates the weights by new recordings, one after the other.
 ///
+/// The runs that were heard before are judged again together with the new ones.
+///
 /// # Errors
 /// An explanation cannot be simulated over a recording.
 pub fn listen(request: &ListenRequest<'_>) -> anyhow::Result<State> {
     let mut state = request.state.clone();
-    let mut models = state.models()?;
-    let sources: Vec<Source> = state
-        .explanations
+    let sources = state.planned_sources()?;
+    let earlier = std::mem::take(&mut state.heard).into_iter().map(|run| run.recording.record());
+    let records: Vec<Record> = earlier.chain(request.records.iter().cloned()).collect();
+    let mut evidence: Vec<Evidence> = compiled(&sources, &(records.clone(), BTreeMap::new()))?
         .iter()
-        .zip(&models)
-        .map(|(e, model)| Source {
-            name: e.name.clone(),
-            model: model.clone(),
-            log_weight: e.log_weight,
-            widths: e.widths.clone(),
-        })
+        .map(|(explanation, _)| Evidence::new(explanation))
         .collect();
-    let compiled = compiled(&sources, &(request.records.to_vec(), BTreeMap::new()))?;
-    let mut explanations: Vec<Explanation> = compiled.into_iter().map(|(e, _)| e).collect();
-    let mut judgement = None;
-    for record in request.records {
-        let mut run = HeardRun { id: record.id.clone(), log_evidence: Vec::new(), log_odds: 0.0 };
-        for (e, explained) in explanations.iter_mut().zip(&mut state.explanations) {
-            let heard = hear(e, record)?;
-            explained.log_evidence += heard.log_evidence;
-            explained.squares += heard.squares;
-            explained.count += heard.count;
-            run.log_evidence.push(heard.log_evidence);
-            *e = heard.updated;
+    for record in &records {
+        let before: Vec<f64> = evidence.iter().map(Evidence::log_density).collect();
+        for one in &mut evidence {
+            one.add(record)?;
         }
+        let tallies: Vec<Tally> = evidence.iter().map(Evidence::tally).collect();
         let rejected: Vec<bool> = state.explanations.iter().map(|e| e.rejected).collect();
-        let now = judge(&state.tallies(), &rejected, state.odds);
-        for (explained, log_e_value) in state.explanations.iter_mut().zip(&now.log_e_values) {
-            explained.rejected |= *log_e_value >= state.odds.ln();
-        }
-        run.log_odds = log_odds_of_leader(&now);
-        state.heard.push(run);
-        judgement = Some(now);
+        let judgement = judge(&tallies, &rejected, state.odds);
+        state.heard.push(HeardRun {
+            recording: Recording::of(record),
+            log_density: tallies.iter().zip(before).map(|(t, before)| t.log_density - before).collect(),
+            log_odds: log_odds_of_leader(&judgement),
+        });
+        apply(&mut state, &tallies, &judgement);
     }
-    if let Some(judgement) = judgement {
-        apply(&mut state, &judgement);
-    }
-    for ((model, e), explained) in models.iter_mut().zip(&explanations).zip(&mut state.explanations) {
-        write_back(model, e);
+    for ((source, one), explained) in sources.into_iter().zip(&evidence).zip(&mut state.explanations) {
+        let mut model = source.model;
+        write_back(&mut model, &one.updated());
         explained.model_toml = model.to_toml()?;
     }
     state.sentence = listen_sentence(&state);
@@ -77,11 +64,14 @@ fn log_odds_of_leader(judgement: &Judgement) -> f64 {
 }
 
 /// Writes a judgement into the state.
-fn apply(state: &mut State, judgement: &Judgement) {
-    for ((explained, weight), log_e_value) in
-        state.explanations.iter_mut().zip(&judgement.weights).zip(&judgement.log_e_values)
-    {
-        (explained.weight, explained.log_e_value) = (*weight, *log_e_value);
+fn apply(state: &mut State, tallies: &[Tally], judgement: &Judgement) {
+    for (k, (explained, tally)) in state.explanations.iter_mut().zip(tallies).enumerate() {
+        explained.log_density = tally.log_density;
+        explained.log_maximum = tally.log_maximum;
+        (explained.squares, explained.count) = (tally.squares, tally.count);
+        explained.weight = judgement.weights[k];
+        explained.log_e_value = judgement.log_e_values[k];
+        explained.rejected |= explained.log_e_value >= state.odds.ln();
     }
     state.dispersion = judgement.dispersion;
     state.verdict = match judgement.verdict {

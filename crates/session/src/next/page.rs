@@ -4,32 +4,27 @@ use super::plan::Planned;
 use super::state::State;
 use super::text::{odds_text, run_row};
 use augsim_data::digits;
-use augsim_design::Limits;
 use augsim_report::figure::{Axis, Figure, Line, Series, Tone};
 use augsim_report::page::{
     Block, Cell, Column, Columns, Grid, Method, Page, Provenance, Row, Section, Table,
 };
 
 /// Page of a plan: promise, runs with inputs and predictions, explanations, methods.
-pub fn plan_page(planned: &Planned, limits: &Limits, seed: u64) -> Page {
+pub fn plan_page(planned: &Planned, seed: u64) -> Page {
     let state = &planned.state;
     let figures = |run: usize| -> Vec<Figure> {
         let experiment = &planned.experiments[run];
-        let (times, names) = (&experiment.times, limits.inputs.iter().map(|i| &i.name));
-        let mut figures: Vec<Figure> = names
-            .zip(&experiment.inputs)
-            .map(|(name, values)| {
-                let line = Line::new(name, Axis::linear("time", "s"), Axis::linear(name, ""));
+        let times = &experiment.times;
+        let [inputs, outputs] = &planned.columns;
+        let mut figures: Vec<Figure> = (inputs.iter().zip(&experiment.inputs))
+            .map(|((name, unit), values)| {
+                let line = Line::new(name, Axis::linear("time", "s"), Axis::linear(name, unit));
                 Figure::from(line.with(Series::line(name, Tone::Series(0), times.clone(), values.clone())))
             })
             .collect();
-        let outputs = planned.predictions[run].first().map_or(0, Vec::len);
-        for output in 0..outputs {
-            let mut line = Line::new(
-                &format!("Predicted output {}", output + 1),
-                Axis::linear("time", "s"),
-                Axis::linear("output", ""),
-            );
+        for (output, (name, unit)) in outputs.iter().enumerate() {
+            let mut line =
+                Line::new(&format!("predicted {name}"), Axis::linear("time", "s"), Axis::linear(name, unit));
             for (k, (e, paths)) in state.explanations.iter().zip(&planned.predictions[run]).enumerate() {
                 line = line.with(Series::line(
                     &e.name,
@@ -56,7 +51,9 @@ pub fn plan_page(planned: &Planned, limits: &Limits, seed: u64) -> Page {
     let mut sections =
         vec![Section::new("Runs", [Block::Table(runs_table(state))].into_iter().chain(runs).collect())];
     sections.extend(promise_section(state));
-    sections.push(Section::new("Explanations", vec![Block::Table(explanations_table(state))]));
+    let note = state.note.clone().map(Block::Prose);
+    let explanations = std::iter::once(Block::Table(explanations_table(state))).chain(note);
+    sections.push(Section::new("Explanations", explanations.collect()));
     sections.push(Section::new("Methods and references", vec![Block::Methods(methods())]));
     page("next experiment", &state.sentence, "plan", sections, Some(seed))
 }
@@ -64,11 +61,11 @@ pub fn plan_page(planned: &Planned, limits: &Limits, seed: u64) -> Page {
 /// Page of a judgement: weights, evidence of each run, the promise beside what came.
 pub fn listen_page(state: &State) -> Page {
     let rows = state.heard.iter().enumerate().map(|(k, run)| {
-        let evidence: Vec<String> = run.log_evidence.iter().map(|l| format!("{l:.1}")).collect();
-        vec![(k + 1).to_string(), run.id.clone(), evidence.join(", "), odds_text(run.log_odds)]
+        let evidence: Vec<String> = run.log_density.iter().map(|l| format!("{l:.1}")).collect();
+        vec![(k + 1).to_string(), run.recording.id.clone(), evidence.join(", "), odds_text(run.log_odds)]
     });
     let runs = table(
-        &["run", "recording", "log evidence of each explanation, nats", "odds of the leading explanation"],
+        &["run", "recording", "log density under each explanation, nats", "odds of the leading explanation"],
         rows.collect(),
     );
     let mut sections = vec![
@@ -173,9 +170,14 @@ fn methods() -> Vec<Method> {
             "Kiefer, J. R. Stat. Soc. B 21, 1959",
         ),
         method(
-            "Prequential evidence",
-            "density of each new recording given all earlier ones, by Laplace's approximation",
-            "Dawid, J. R. Stat. Soc. A 147, 1984; Tierney and Kadane, J. Am. Stat. Assoc. 81, 1986",
+            "Evidence",
+            "density of the new recordings with parameters integrated out, by Laplace's approximation",
+            "Tierney and Kadane, J. Am. Stat. Assoc. 81, 1986",
+        ),
+        method(
+            "Universal inference",
+            "the explanation that is tested is judged at its best parameters, so that no value of them is rejected wrongly",
+            "Wasserman, Ramdas and Balakrishnan, Proc. Natl. Acad. Sci. 117, 2020",
         ),
         method(
             "E-values",

@@ -3,7 +3,8 @@
 use super::explanation::{Compiled, Tuning, compile, write_back};
 use super::source::Source;
 use super::state::{Explained, PlannedRun, PromiseOf, RunOdds, State};
-use super::text::{plan_sentence, why_not};
+use super::text::{note_on_starts, plan_sentence, why_not};
+use crate::equations::unit_text;
 use augsim_data::random_stream;
 use augsim_design::{
     Candidate, Experiment, Explanation, Limits, Promise, Request, Run, after_recordings, design, nominal_run,
@@ -46,6 +47,8 @@ pub struct Planned {
     pub experiments: Vec<Experiment>,
     /// Predicted outputs of each run by each explanation, `[run][explanation][output][sample]`.
     pub predictions: Vec<Vec<Vec<Vec<f64>>>>,
+    /// Names and units of the inputs and of the outputs, for figures.
+    pub columns: [Vec<(String, String)>; 2],
 }
 
 /// Experiments at random within the limits, as records for the choice of integration steps.
@@ -101,6 +104,7 @@ pub fn plan(request: &PlanRequest<'_>) -> anyhow::Result<Planned> {
         let why = (!p.is_enough).then(|| why_not(&explanations, &runs, request.limits));
         promise_of(p, request.sequences, why)
     });
+    state.note = note_on_starts(&explanations);
     state.sentence = plan_sentence(&state, request.limits);
     let files =
         runs.iter().zip(&state.plan).map(|(run, p)| (p.file.clone(), csv(run, request.limits))).collect();
@@ -109,7 +113,13 @@ pub fn plan(request: &PlanRequest<'_>) -> anyhow::Result<Planned> {
     };
     let predictions = runs.iter().map(predict).collect::<anyhow::Result<_>>()?;
     let experiments = runs.into_iter().map(|r| r.experiment).collect();
-    Ok(Planned { state, files, experiments, predictions })
+    let model = &request.sources[0].model;
+    let input =
+        |i: &augsim_equations::model::Input| (i.name.clone(), unit_text(i.unit).trim_start().to_owned());
+    let output =
+        |o: &augsim_equations::model::Output| (o.name.clone(), unit_text(o.unit).trim_start().to_owned());
+    let columns = [model.inputs.iter().map(input).collect(), model.outputs.iter().map(output).collect()];
+    Ok(Planned { state, files, experiments, predictions, columns })
 }
 
 /// The explanations of a plan, before any run was heard.
@@ -123,18 +133,22 @@ fn explained(
     for (k, ((source, e), widths)) in sources.iter().zip(explanations).zip(widths).enumerate() {
         let mut model = source.model.clone();
         write_back(&mut model, e);
+        let toml = model.to_toml()?;
         explained.push(Explained {
             name: e.name.clone(),
             log_weight: e.log_weight,
-            log_evidence: 0.0,
+            log_e_value_before: e.log_e_value,
+            log_density: 0.0,
+            log_maximum: 0.0,
             squares: 0.0,
             count: 0,
             weight: weights[k],
-            log_e_value: 0.0,
+            log_e_value: e.log_e_value,
             rejected: false,
             widths,
             file: model.file.clone(),
-            model_toml: model.to_toml()?,
+            planned_toml: toml.clone(),
+            model_toml: toml,
         });
     }
     Ok(explained)
@@ -195,11 +209,23 @@ fn csv(run: &Run, limits: &Limits) -> String {
     text
 }
 
-/// Compiles fitted models to explanations, with parameters distributed as `records` say and steps chosen on them.
+/// Compiles fitted models to explanations, with parameters distributed as `records` say.
+///
+/// Integration steps are chosen on `tuning`, recordings whose outputs are not used.
 ///
 /// # Errors
 /// As [`plan`].
-pub fn explanations(sources: &[Source], records: &[Record]) -> anyhow::Result<Vec<Explanation>> {
-    let compiled = compiled(sources, &(records.to_vec(), BTreeMap::new()))?.into_iter();
+pub fn explanations(
+    sources: &[Source],
+    records: &[Record],
+    tuning: &[Record],
+) -> anyhow::Result<Vec<Explanation>> {
+    let blank = |r: &Record| {
+        let mut blank = r.clone();
+        blank.values.iter_mut().flatten().for_each(|v| *v = f64::NAN);
+        blank
+    };
+    let tuning: Tuning = (tuning.iter().map(blank).collect(), BTreeMap::new());
+    let compiled = compiled(sources, &tuning)?.into_iter();
     Ok(compiled.map(|(e, _)| after_recordings(&e, records)).collect::<Result<_, _>>()?)
 }

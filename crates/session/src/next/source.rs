@@ -12,6 +12,8 @@ pub struct Source {
     pub model: Model,
     /// Logarithm of its weight by all earlier data, up to a constant.
     pub log_weight: f64,
+    /// Logarithm of the e-value against it from earlier judgements, nats; 0 without any.
+    pub log_e_value: f64,
     /// Widths of smoothed jumps that an earlier plan has chosen, by the text of their argument; empty without one.
     pub widths: BTreeMap<String, f64>,
 }

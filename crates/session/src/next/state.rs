@@ -3,7 +3,7 @@
 use super::fault::NextFault;
 use super::source::Source;
 use crate::Usage;
-use augsim_design::Tally;
+use augsim_system::{Record, Stream};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -11,7 +11,7 @@ use std::path::Path;
 /// Name of the file in the folder of a plan.
 const PLAN: &str = "plan.json";
 /// Version of the format.
-const SCHEMA: &str = "augsim-next-1";
+const SCHEMA: &str = "augsim-next-2";
 
 /// An explanation with its evidence from the runs that were heard.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -20,8 +20,12 @@ pub struct Explained {
     pub name: String,
     /// Logarithm of the prior weight, nats, up to a constant.
     pub log_weight: f64,
-    /// Log evidence of the runs that were heard, nats.
-    pub log_evidence: f64,
+    /// Logarithm of the e-value against the explanation before the plan, nats.
+    pub log_e_value_before: f64,
+    /// Log density of the runs that were heard, nats.
+    pub log_density: f64,
+    /// Logarithm of the largest likelihood of these runs, nats.
+    pub log_maximum: f64,
     /// Sum of squares of the standardised prediction errors of these runs.
     pub squares: f64,
     /// Number of these prediction errors.
@@ -37,6 +41,8 @@ pub struct Explained {
     pub widths: BTreeMap<String, f64>,
     /// File that the model was read from.
     pub file: String,
+    /// Model file with the values and the covariance before the runs that were heard.
+    pub planned_toml: String,
     /// Model file with the values and the covariance after all data.
     pub model_toml: String,
 }
@@ -100,12 +106,55 @@ pub struct PromiseOf {
 /// A run that was heard.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct HeardRun {
-    /// Name of the recording.
-    pub id: String,
-    /// Log evidence of each explanation, nats, in the order of the explanations.
-    pub log_evidence: Vec<f64>,
+    /// The recording.
+    pub recording: Recording,
+    /// Log density of the recording given all before, nats, in the order of the explanations.
+    pub log_density: Vec<f64>,
     /// Largest log odds, nats, of the leading explanation against its strongest rival after this run.
     pub log_odds: f64,
+}
+
+/// A recording that was heard: later runs are judged together with it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Recording {
+    /// Name of the recording.
+    pub id: String,
+    /// Sample times, s.
+    pub times_s: Vec<f64>,
+    /// Measured outputs, `[output][sample]`; `None` where not measured.
+    pub outputs: Vec<Vec<Option<f64>>>,
+    /// Times, s, and values of each input.
+    pub inputs: Vec<(Vec<f64>, Vec<f64>)>,
+}
+
+impl Recording {
+    /// Keeps the samples and inputs of a record.
+    pub(super) fn of(record: &Record) -> Self {
+        let finite = |values: &Vec<f64>| values.iter().map(|v| v.is_finite().then_some(*v)).collect();
+        let input = |s: &Stream| (s.times.clone(), s.values.first().cloned().unwrap_or_default());
+        Self {
+            id: record.id.clone(),
+            times_s: record.times.clone(),
+            outputs: record.values.iter().map(finite).collect(),
+            inputs: record.inputs.iter().map(input).collect(),
+        }
+    }
+
+    /// The record of these samples.
+    pub(super) fn record(&self) -> Record {
+        let values = |column: &Vec<Option<f64>>| column.iter().map(|v| v.unwrap_or(f64::NAN)).collect();
+        let stream = |(times, values): &(Vec<f64>, Vec<f64>)| Stream {
+            times: times.clone(),
+            values: vec![values.clone()],
+        };
+        Record {
+            id: self.id.clone(),
+            times: self.times_s.clone(),
+            values: self.outputs.iter().map(values).collect(),
+            inputs: self.inputs.iter().map(stream).collect(),
+            ..Record::default()
+        }
+    }
 }
 
 /// Content of `plan.json`.
@@ -117,6 +166,9 @@ pub struct State {
     pub odds: f64,
     /// Sentence that sums up the plan, or the judgement of the runs.
     pub sentence: String,
+    /// What would make fewer runs enough; `None` if nothing is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
     /// `plan`, `enough`, `more` or `none-fits`.
     pub verdict: String,
     /// The explanations.
@@ -138,6 +190,7 @@ impl State {
             schema: SCHEMA.to_owned(),
             odds,
             sentence: String::new(),
+            note: None,
             verdict: "plan".to_owned(),
             explanations,
             plan: Vec::new(),
@@ -178,33 +231,32 @@ impl State {
         Ok(augsim_equations::model::parse(&first.model_toml, &first.file)?)
     }
 
-    /// The explanations as models, each with its index.
-    pub(super) fn models(&self) -> anyhow::Result<Vec<augsim_equations::Model>> {
-        let parse = |e: &Explained| Ok(augsim_equations::model::parse(&e.model_toml, &e.file)?);
-        self.explanations.iter().map(parse).collect()
+    /// The explanations before the runs that were heard.
+    pub(super) fn planned_sources(&self) -> anyhow::Result<Vec<Source>> {
+        let source = |e: &Explained| -> anyhow::Result<Source> {
+            Ok(Source {
+                name: e.name.clone(),
+                model: augsim_equations::model::parse(&e.planned_toml, &e.file)?,
+                log_weight: e.log_weight,
+                log_e_value: e.log_e_value_before,
+                widths: e.widths.clone(),
+            })
+        };
+        self.explanations.iter().map(source).collect()
     }
 
-    /// The explanations that are not rejected, with their weights after all data.
+    /// The explanations that are not rejected, with their weights and e-values after all data.
     pub(super) fn live_sources(&self) -> anyhow::Result<Vec<Source>> {
-        let live = self.explanations.iter().zip(self.models()?).filter(|(e, _)| !e.rejected);
-        let source = |(e, model): (&Explained, augsim_equations::Model)| Source {
-            name: e.name.clone(),
-            model,
-            log_weight: e.log_weight + e.log_evidence,
-            widths: e.widths.clone(),
+        let source = |e: &Explained| -> anyhow::Result<Source> {
+            Ok(Source {
+                name: e.name.clone(),
+                model: augsim_equations::model::parse(&e.model_toml, &e.file)?,
+                log_weight: e.log_weight + e.log_density / self.dispersion,
+                log_e_value: e.log_e_value,
+                widths: e.widths.clone(),
+            })
         };
-        Ok(live.map(source).collect())
-    }
-
-    /// Evidence of each explanation so far.
-    pub(super) fn tallies(&self) -> Vec<Tally> {
-        let tally = |e: &Explained| Tally {
-            log_weight: e.log_weight,
-            log_evidence: e.log_evidence,
-            squares: e.squares,
-            count: e.count,
-        };
-        self.explanations.iter().map(tally).collect()
+        self.explanations.iter().filter(|e| !e.rejected).map(source).collect()
     }
 }
 

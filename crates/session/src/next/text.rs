@@ -3,6 +3,7 @@
 use super::state::{PlannedRun, State};
 use augsim_data::digits;
 use augsim_design::{Explanation, Limits, Run};
+use augsim_system::InitialValue;
 use std::fmt::Write;
 
 /// Log odds, nats, above which odds are given as a bound: a million to one.
@@ -22,6 +23,12 @@ pub(super) fn odds_text(log_odds: f64) -> String {
     }
 }
 
+/// Odds that are reached at least, from nats: `1000 to 1 or more`.
+fn odds_bound(log_odds: f64) -> String {
+    let is_bound = !(0.0..=SHOWN_LOG_ODDS).contains(&log_odds);
+    if is_bound { odds_text(log_odds) } else { format!("{} or more", odds_text(log_odds)) }
+}
+
 /// `1 run` or `N runs`.
 pub(super) fn runs_text(count: usize) -> String {
     if count == 1 { "1 run".to_owned() } else { format!("{count} runs") }
@@ -37,31 +44,53 @@ fn names(state: &State) -> String {
     }
 }
 
+/// What unknown initial states cost, for the states whose initial value is estimated from each recording.
+pub(super) fn note_on_starts(explanations: &[Explanation]) -> Option<String> {
+    let mut names: Vec<&str> = Vec::new();
+    for state in explanations.iter().flat_map(|e| &e.system.schema().states) {
+        let is_estimated = matches!(state.initial, InitialValue::Free | InitialValue::Measured(_));
+        if is_estimated && !names.contains(&state.quantity.name.as_str()) {
+            names.push(&state.quantity.name);
+        }
+    }
+    let list = names.join(", ");
+    (!names.is_empty()).then(|| {
+        format!(
+            "The initial values of {list} are estimated from each recording. Where a run begins at a known value, declare it in [states] (start = 0.0, \
+             sd = 0.001): fewer runs are then needed."
+        )
+    })
+}
+
 /// Sentence that sums up a plan.
 pub(super) fn plan_sentence(state: &State, limits: &Limits) -> String {
     let duration = digits(limits.duration_s);
     let Some(p) = &state.promise else {
         let gain = state.plan.iter().filter_map(|run| run.information.first()).sum::<f64>();
         return format!(
-            "There is one explanation; {} of {duration} s narrow its parameters by {gain:.1} nats (D-optimal).",
-            runs_text(state.plan.len())
+            "There is one explanation; {} of {duration} s {} its parameters by {gain:.1} nats (D-optimal).",
+            runs_text(state.plan.len()),
+            if state.plan.len() == 1 { "narrows" } else { "narrow" }
         );
     };
     let share = 100.0 * p.share;
     match &p.why_not {
         None => format!(
-            "{} of {duration} s tell {} with odds of {:.0} to 1 or more in {share:.0} % of cases; in nine of ten cases the odds are {} or more.",
+            "{} of {duration} s {} {} with odds of {:.0} to 1 or more in {share:.0} % of cases; in nine of ten cases the odds are {}.",
             capital(&runs_text(p.runs)),
+            if p.runs == 1 { "tells" } else { "tell" },
             names(state),
             state.odds,
-            odds_text(p.log_odds)
+            odds_bound(p.log_odds)
         ),
         Some(why) => format!(
-            "{} of {duration} s do not tell {} with odds of {:.0} to 1: they do so in {share:.0} % of cases, and reach {} or more in nine of ten. {why}",
+            "{} of {duration} s {} not enough to tell {} with odds of {:.0} to 1: these are reached in {share:.0} % of cases, and in nine of ten \
+             cases the odds are {}. {why}",
             capital(&runs_text(p.runs)),
+            if p.runs == 1 { "is" } else { "are" },
             names(state),
             state.odds,
-            odds_text(p.log_odds)
+            odds_bound(p.log_odds)
         ),
     }
 }
@@ -100,7 +129,7 @@ pub(super) fn why_not(explanations: &[Explanation], runs: &[Run], limits: &Limit
             let names: Vec<&str> = limits.inputs.iter().map(|i| i.name.as_str()).collect();
             write!(
                 text,
-                " Wider limits of {}, longer runs, or another output would be needed.",
+                " Needed are wider limits of {}, longer runs, or another output.",
                 if names.is_empty() { "the starts".to_owned() } else { names.join(", ") }
             )
         }
@@ -120,8 +149,9 @@ pub(super) fn listen_sentence(state: &State) -> String {
     let mut text = match (state.verdict.as_str(), &left[..]) {
         ("enough", [one]) => {
             format!(
-                "Enough: {one}. {} reject every other explanation at odds of {:.0} to 1.",
+                "Enough: {one}. {} {} every other explanation at odds of {:.0} to 1.",
                 capital(&runs_text(heard)),
+                if heard == 1 { "rejects" } else { "reject" },
                 state.odds
             )
         }
@@ -150,9 +180,9 @@ pub(super) fn listen_sentence(state: &State) -> String {
             // Writing to a string cannot fail.
             let _ = write!(
                 text,
-                " Promised for {} in nine of ten cases: odds of {} or more; came: {}.",
+                " Promised for {} in nine of ten cases: odds of {}; came: {}.",
                 runs_text(run + 1),
-                odds_text(*promised),
+                odds_bound(*promised),
                 odds_text(most)
             );
         }
@@ -179,7 +209,11 @@ pub fn plan_text(state: &State) -> String {
         // Writing to a string cannot fail.
         let _ = write!(text, "\n  {file}: {signals}{starts}{odds}");
     }
-    text + &explanations_text(state)
+    text += &explanations_text(state);
+    match &state.note {
+        Some(note) => format!("{text}\n\n{note}"),
+        None => text,
+    }
 }
 
 /// The judgement as text for a terminal.

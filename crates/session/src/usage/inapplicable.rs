@@ -20,6 +20,8 @@ pub enum Inapplicable {
     NetAlone,
     /// `--scenario` was given for a reproduction with only one scenario.
     OneScenario,
+    /// A pool of recordings was given for a reproduction other than `next`.
+    PoolOfReproduction,
     /// `--scenario flights` was given for the league, which has only ball and push.
     FlightsOfLeague,
     /// `--scenario flights` was given without the folder of the measured flights.
@@ -71,6 +73,9 @@ impl fmt::Display for Inapplicable {
             Inapplicable::NetAlone => "--net: only `reproduce push` trains one net alone; leave it out",
             Inapplicable::OneScenario => {
                 "--scenario: only `reproduce league` and `reproduce filtered` have several; leave it out"
+            }
+            Inapplicable::PoolOfReproduction => {
+                "a pool of recordings is for `reproduce next` only; give the folder of the data with --data"
             }
             Inapplicable::FlightsOfLeague => {
                 "--scenario flights: the league has only ball and push; choose one of these, or leave it out"
