@@ -140,9 +140,8 @@ impl Joint {
                 || (values[*index] >= p.max && gradient[k] > 0.0);
             if is_own && is_outward {
                 gradient[k] = 0.0;
-                for j in 0..row.len() {
-                    (information[k][j], information[j][k]) = (0.0, 0.0);
-                }
+                information[k].fill(0.0);
+                information.iter_mut().for_each(|row| row[k] = 0.0);
             }
         }
         newton(&information, self.weight, &gradient)

@@ -37,7 +37,7 @@ fn log_density_of_gain(s: &[f64], y: &[f64], prior_sd: f64) -> f64 {
 
 fn evidence(e: &Explanation, records: &[Record]) -> Evidence {
     let mut evidence = Evidence::new(e);
-    records.iter().for_each(|record| evidence.add(record).unwrap());
+    records.iter().for_each(|record| evidence.add(record).expect("a recording of the model"));
     evidence
 }
 
