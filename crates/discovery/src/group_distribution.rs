@@ -8,8 +8,9 @@
 //! (2)  sum w_i (theta_i - m)^2 = n - 1               which determines t (Paule and Mandel 1982)
 //! (3)  t is in the 95 % interval if the sum in (2) is between the 2.5 % and 97.5 % quantiles of chi^2 with n - 1
 //!      degrees of freedom (Viechtbauer 2007)
-//! (4)  (theta_i - m_i) / sqrt(t_i^2 (1 + 1/(n - 1)) + e_i^2)   follows Student's t with n - 2 degrees of freedom,
-//!      where m_i and t_i come from the other groups
+//! (4)  (theta_i - m_i) / sqrt(s_i^2 (1 + 1/(n - 1)) + max(0, e_i^2 - mean of the others' e^2))
+//!      follows Student's t with n - 2 degrees of freedom, where m_i and s_i are mean and standard deviation of the other
+//!      estimates
 //! ```
 
 use crate::statistics::{chi2_quantile, f_tail};
@@ -98,9 +99,11 @@ fn p_outlying(values: &[(f64, f64)], group: usize) -> f64 {
     let others: Vec<(f64, f64)> =
         values.iter().enumerate().filter(|(i, _)| *i != group).map(|(_, v)| *v).collect();
     let n = others.len() as f64;
-    let sd = spread(&others, n - 1.0);
-    let (value, variance) = values[group];
-    let t_squared = (value - mean(&others, sd)).powi(2) / (sd * sd * (1.0 + 1.0 / n) + variance);
+    let mean = others.iter().map(|(x, _)| x).sum::<f64>() / n;
+    let variance = others.iter().map(|(x, _)| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    let error = others.iter().map(|(_, e)| e).sum::<f64>() / n;
+    let (value, own_error) = values[group];
+    let t_squared = (value - mean).powi(2) / (variance * (1.0 + 1.0 / n) + (own_error - error).max(0.0));
     f_tail(t_squared, 1.0, n - 1.0)
 }
 

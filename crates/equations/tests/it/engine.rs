@@ -304,9 +304,9 @@ fn sensitivities_at_state_bounds_agree_with_differences() {
 
 #[test]
 fn a_rate_that_turns_away_from_a_bound_just_inside_it_is_refused() {
-    // At the bound the level rises, and 1e-9 above it falls: it would reach and leave the bound without end.
+    // At the bound the level rises, and 1e-9 away from it falls: it would reach and leave the bound without end.
     let text = "scenario = \"system\"\n[states]\nlevel_m = { start = 1.0, min = 0.0 }\n[parameters]\nw_m = { nominal = 1e-9, frozen = true }\n\
-        [rates]\nlevel_m = \"1.0 - 2.0 * tanh(level_m / w_m)\"\n[outputs]\nlevel_m = { value = \"level_m\", sd = 0.01 }\n";
+        [rates]\nlevel_m = \"1.0 - 2.0 * tanh((level_m / w_m)^2)\"\n[outputs]\nlevel_m = { value = \"level_m\", sd = 0.01 }\n";
     let system = compiled(text);
     let found = whole(&system, &record(times(30, 0.1), Vec::new()), (&[1.0], &[1e-9]), &[], &steps(4));
     let error = found.expect_err("no end");

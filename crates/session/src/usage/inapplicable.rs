@@ -106,7 +106,9 @@ impl Inapplicable {
             }
             Inapplicable::PositionUnmeasured => "--require-pos-m: this system measures no position in m",
             Inapplicable::NetAlone => "--net: only `reproduce push` trains one net alone; leave it out",
-            Inapplicable::OneScenario => "--scenario is for `reproduce league` and `filtered` only; leave it out",
+            Inapplicable::OneScenario => {
+                "--scenario is for `reproduce league` and `filtered` only; leave it out"
+            }
             Inapplicable::PoolOfReproduction => "POOL is for `reproduce next` only; give data with --data",
             Inapplicable::FlightsOfLeague => {
                 "--scenario flights: the league has only ball and push; choose one of these, or leave it out"
