@@ -3,7 +3,6 @@
 
 mod bootstrap;
 mod established;
-mod memory;
 mod residual_tests;
 mod verdict;
 
