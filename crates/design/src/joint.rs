@@ -13,11 +13,13 @@
 use crate::error::DesignError;
 use crate::explanation::Explanation;
 use crate::linearise::{Start, start_readings};
+use crate::projection::inverse_with_prior;
 use crate::reduced::Reduced;
 use crate::whiten::whiten;
-use augsim_linear::{Mat, invert_positive_definite};
+use augsim_linear::PositiveInverse;
 use augsim_system::{Record, shortest_difference};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Maximum number of Gauss-Newton steps after each recording; nearly linear predictions need one or two.
 const MAX_STEPS: usize = 20;
@@ -30,7 +32,7 @@ const STEP_SHARES: [f64; 5] = [1.0, 0.3, 0.1, 0.03, 0.01];
 #[derive(Clone, Debug)]
 pub(crate) struct Joint {
     /// The explanation before the recordings.
-    pub prior: Explanation,
+    pub prior: Arc<Explanation>,
     /// Weight of the prior of the parameters: 1, or less for a maximum of the likelihood.
     weight: f64,
     /// Coordinates of the parameters at the maximum.
@@ -44,8 +46,7 @@ pub(crate) struct Joint {
 /// A recording with its initial state, linearised at the current point.
 #[derive(Clone, Debug)]
 struct Run {
-    record: Record,
-    start: Start,
+    opened: Arc<(Record, Start)>,
     /// Coordinates of the initial state.
     u: Vec<f64>,
     likelihood: Likelihood,
@@ -85,8 +86,14 @@ struct Sums {
 impl Joint {
     /// No recording yet; the search for the maximum starts at the coordinates `xi`.
     pub fn new(prior: &Explanation, weight: f64, xi: Vec<f64>) -> Self {
-        let mut joint =
-            Self { prior: prior.clone(), weight, xi, runs: Vec::new(), cost: 0.0, sums: Sums::default() };
+        let mut joint = Self {
+            prior: Arc::new(prior.clone()),
+            weight,
+            xi,
+            runs: Vec::new(),
+            cost: 0.0,
+            sums: Sums::default(),
+        };
         joint.sum();
         joint
     }
@@ -97,10 +104,10 @@ impl Joint {
     /// A recording cannot be simulated.
     pub fn add_all(&mut self, records: &[Record]) -> Result<(), DesignError> {
         let opened = |record: &Record| {
-            let (record, start) = self.prior.opened(record, None)?;
-            let u = vec![0.0; start.unknown().len()];
-            let likelihood = likelihood(&self.prior, &record, &start, &self.xi, &u)?;
-            Ok(Run { record, start, u, likelihood })
+            let opened = Arc::new(self.prior.opened(record, None)?);
+            let u = vec![0.0; opened.1.unknown().len()];
+            let likelihood = likelihood(&self.prior, &opened, &self.xi, &u)?;
+            Ok(Run { opened, u, likelihood })
         };
         let new: Vec<Run> = records.par_iter().map(opened).collect::<Result<_, DesignError>>()?;
         self.runs.extend(new);
@@ -179,8 +186,8 @@ impl Joint {
             };
             let u: Vec<f64> =
                 run.u.iter().zip(&all.state_step).zip(&all.state_by_parameter).map(state).collect();
-            let likelihood = likelihood(&self.prior, &run.record, &run.start, &xi, &u).ok()?;
-            Some(Run { record: run.record.clone(), start: run.start.clone(), u, likelihood })
+            let likelihood = likelihood(&self.prior, &run.opened, &xi, &u).ok()?;
+            Some(Run { opened: run.opened.clone(), u, likelihood })
         };
         let runs: Vec<Run> = self.runs.par_iter().map(moved).collect::<Option<_>>()?;
         let mut there = Self { prior: self.prior.clone(), xi, runs, sums: Sums::default(), ..*self };
@@ -221,8 +228,8 @@ impl Joint {
 
     /// Logarithm of the density of the recordings with the parameters integrated out (Laplace), nats; for weight 1.
     pub fn log_density(&self) -> f64 {
-        let Some((_, determinant)) = inverse(&self.sums.later_information, 1.0) else { return f64::NAN };
-        self.log_likelihood() - 0.5 * self.prior_squares() - determinant
+        let Some(inverted) = inverse(&self.sums.later_information, 1.0) else { return f64::NAN };
+        self.log_likelihood() - 0.5 * self.prior_squares() - inverted.half_log_determinant
     }
 
     /// Logarithm of the likelihood of the recordings at the maximum, nats.
@@ -258,8 +265,8 @@ impl Joint {
     /// The explanation with the parameters and the covariance after the recordings.
     pub fn updated(&self) -> Explanation {
         match inverse(&self.sums.information, 1.0) {
-            Some((inverse, _)) => self.prior.after(&inverse, &self.xi),
-            None => self.prior.clone(),
+            Some(PositiveInverse { inverse, .. }) => self.prior.after(&inverse, &self.xi),
+            None => Explanation::clone(&self.prior),
         }
     }
 }
@@ -267,8 +274,7 @@ impl Joint {
 /// Linearises the likelihood of a recording at the coordinates `xi` of the parameters and `u` of the initial state.
 fn likelihood(
     e: &Explanation,
-    record: &Record,
-    start: &Start,
+    (record, start): &(Record, Start),
     xi: &[f64],
     u: &[f64],
 ) -> Result<Likelihood, DesignError> {
@@ -297,21 +303,14 @@ fn likelihood(
     })
 }
 
-/// Inverse of `prior` I + A, and half the logarithm of its determinant; `None` if it is not positive definite.
-fn inverse(information: &[Vec<f64>], prior: f64) -> Option<(Mat<f64>, f64)> {
-    let entry = |i: usize, j: usize| match i.cmp(&j) {
-        std::cmp::Ordering::Less => 0.0,
-        std::cmp::Ordering::Equal => prior + information[i][i],
-        std::cmp::Ordering::Greater => information[i][j],
-    };
-    let k = information.len();
-    let inverted = invert_positive_definite(Mat::from_fn(k, k, entry))?;
-    Some((inverted.inverse, inverted.half_log_determinant))
+/// Inverse of `prior` I + A and half the logarithm of its determinant, with the rows of A; `None` if it is not positive definite.
+fn inverse(information: &[Vec<f64>], prior: f64) -> Option<PositiveInverse> {
+    inverse_with_prior(information.len(), prior, |i, j| information[i][j])
 }
 
 /// Step to the maximum of a quadratic log density with this gradient, and the decrease of twice its negative.
 fn newton(information: &[Vec<f64>], prior: f64, gradient: &[f64]) -> Option<(Vec<f64>, f64)> {
-    let (inverse, _) = inverse(information, prior)?;
+    let PositiveInverse { inverse, .. } = inverse(information, prior)?;
     let k = gradient.len();
     let step: Vec<f64> = (0..k).map(|i| (0..k).map(|j| inverse[(i, j)] * gradient[j]).sum()).collect();
     let gain = step.iter().zip(gradient).map(|(d, g)| d * g).sum();

@@ -8,7 +8,7 @@
 //! ```
 
 use crate::whiten::Columns;
-use augsim_linear::{Mat, invert_positive_definite};
+use augsim_linear::{Mat, PositiveInverse, invert_positive_definite};
 
 /// Sums over the first rows of whitened columns: targets, then sensitivities.
 #[derive(Debug)]
@@ -42,12 +42,7 @@ impl Projection {
                 }
             }
         }
-        let lower = |i: usize, j: usize| match i.cmp(&j) {
-            std::cmp::Ordering::Less => 0.0,
-            std::cmp::Ordering::Equal => 1.0 + h[i * unknowns + i],
-            std::cmp::Ordering::Greater => h[i * unknowns + j],
-        };
-        let inverse = invert_positive_definite(Mat::from_fn(unknowns, unknowns, lower))?.inverse;
+        let inverse = inverse_with_prior(unknowns, 1.0, |i, j| h[i * unknowns + j])?.inverse;
         squares.iter().all(|s| s.is_finite()).then_some(Self { squares, gradients, inverse })
     }
 
@@ -67,6 +62,22 @@ impl Projection {
             .sum();
         self.squares[target] + u.iter().map(|u| u * u).sum::<f64>() - gain
     }
+}
+
+/// Inverse of `prior` I + A for n unknowns, where `information` gives the entries of A at and below the diagonal.
+///
+/// `None` if it is not positive definite.
+pub(crate) fn inverse_with_prior(
+    n: usize,
+    prior: f64,
+    information: impl Fn(usize, usize) -> f64,
+) -> Option<PositiveInverse> {
+    let lower = |i: usize, j: usize| match i.cmp(&j) {
+        std::cmp::Ordering::Less => 0.0,
+        std::cmp::Ordering::Equal => prior + information(i, i),
+        std::cmp::Ordering::Greater => information(i, j),
+    };
+    invert_positive_definite(Mat::from_fn(n, n, lower))
 }
 
 #[cfg(test)]

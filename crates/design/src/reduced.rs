@@ -10,8 +10,9 @@
 //!
 //! Exact for a model that is linear in both, else Laplace's approximation in the initial state.
 
+use crate::projection::inverse_with_prior;
 use crate::whiten::Columns;
-use augsim_linear::{Mat, invert_positive_definite};
+use augsim_linear::PositiveInverse;
 
 /// Quadratic function (1) of the parameters.
 #[derive(Clone, Debug)]
@@ -50,7 +51,8 @@ impl Reduced {
         let state = |s: usize| 1 + parameters + s;
         let states = u.len();
         let h: Vec<f64> = (0..states).map(|s| products[state(s)][0] - u[s]).collect();
-        let (inverse, half_log_determinant) = inverse_of_states(&products, states, 1 + parameters)?;
+        let PositiveInverse { inverse, half_log_determinant } =
+            inverse_with_prior(states, 1.0, |i, j| products[state(i)][state(j)])?;
         let solved = |right: &dyn Fn(usize) -> f64| -> Vec<f64> {
             (0..states).map(|i| (0..states).map(|j| inverse[(i, j)] * right(j)).sum()).collect()
         };
@@ -74,17 +76,6 @@ impl Reduced {
             state_step,
         })
     }
-}
-
-/// Inverse of H, and half the logarithm of its determinant; the columns of the initial state begin at `first`.
-fn inverse_of_states(products: &[Vec<f64>], states: usize, first: usize) -> Option<(Mat<f64>, f64)> {
-    let entry = |i: usize, j: usize| match i.cmp(&j) {
-        std::cmp::Ordering::Less => 0.0,
-        std::cmp::Ordering::Equal => 1.0 + products[first + i][first + i],
-        std::cmp::Ordering::Greater => products[first + i][first + j],
-    };
-    let inverted = invert_positive_definite(Mat::from_fn(states, states, entry))?;
-    Some((inverted.inverse, inverted.half_log_determinant))
 }
 
 #[cfg(test)]

@@ -123,16 +123,20 @@ pub fn choose(request: &Request<'_>, pool: &[Experiment]) -> Option<usize> {
         let scored = study.score_experiment(experiment)?;
         Some((study.value(&scored, &planned), (index, scored)))
     };
-    let mut all: Vec<(f64, (usize, Scored))> = pool.par_iter().enumerate().filter_map(scored).collect();
-    // A stable sort: equal scores stay in the order of the pool.
-    all.sort_by(|a, b| b.0.total_cmp(&a.0));
-    all.truncate(FULLY_SCORED);
+    let all = largest(pool.par_iter().enumerate().filter_map(scored).collect(), FULLY_SCORED);
     let full = |(linear, (index, scored)): (f64, (usize, Scored))| {
         let value = full_score(&study, &planned, scored).map_or(linear, |(value, _)| value);
         (value, index)
     };
     let all: Vec<(f64, usize)> = all.into_par_iter().map(full).collect();
     all.into_iter().reduce(|a, b| if b.0 > a.0 { b } else { a }).map(|(_, index)| index)
+}
+
+/// The `count` entries with the largest scores, in their order; equal scores stay in the order of the list.
+fn largest<T>(mut scored: Vec<(f64, T)>, count: usize) -> Vec<(f64, T)> {
+    scored.sort_by(|a, b| b.0.total_cmp(&a.0));
+    scored.truncate(count);
+    scored
 }
 
 fn no_design(limits: &Limits) -> DesignError {
@@ -183,14 +187,9 @@ fn best_of(study: &Study<'_>, planned: &[Vec<f64>], seed: u64, run: u64) -> Opti
         let scored = study.score(&Candidate::random(study.limits, &mut rng))?;
         Some((study.value(&scored, planned), scored))
     };
-    let mut all: Vec<(f64, Scored)> = (0..CANDIDATES).into_par_iter().filter_map(scored).collect();
-    // A stable sort: equal scores stay in the order of their numbers.
-    all.sort_by(|a, b| b.0.total_cmp(&a.0));
-    all.truncate(FULLY_SCORED);
+    let all = largest((0..CANDIDATES).into_par_iter().filter_map(scored).collect(), FULLY_SCORED);
     let full = |(_, scored): (f64, Scored)| full_score(study, planned, scored);
-    let mut best: Vec<(f64, Scored)> = all.into_par_iter().filter_map(full).collect();
-    best.sort_by(|a, b| b.0.total_cmp(&a.0));
-    best.truncate(REFINED);
+    let best = largest(all.into_par_iter().filter_map(full).collect(), REFINED);
     let refined: Vec<(f64, Scored)> =
         best.into_par_iter().map(|start| refine(study, planned, start)).collect();
     refined.into_iter().reduce(|a, b| if b.0 > a.0 { b } else { a }).map(|(_, best)| best)

@@ -56,6 +56,8 @@ pub enum Verdict {
 pub struct Judgement {
     /// What the recordings say.
     pub verdict: Verdict,
+    /// Indices of the explanations that are not rejected.
+    pub left: Vec<usize>,
     /// Logarithm of the e-value against each explanation (1), nats.
     pub log_e_values: Vec<f64>,
     /// Posterior weights of the explanations.
@@ -90,7 +92,7 @@ pub fn judge(tallies: &[Tally], rejected: &[bool], odds: f64) -> Judgement {
         [one] if tallies.len() > 1 => Verdict::Enough(one),
         _ => Verdict::More,
     };
-    Judgement { verdict, log_e_values, weights, dispersion }
+    Judgement { verdict, left, log_e_values, weights, dispersion }
 }
 
 /// Logarithm of a sum of exponentials.

@@ -179,8 +179,7 @@ fn truth_of(pair: &Pair, which: usize, sd: f64, values: &[f64]) -> Result<Explan
     for p in model.parameters.iter_mut().filter(|p| !p.frozen) {
         p.ci95 = Some([0.99 * p.nominal, 1.01 * p.nominal]);
     }
-    let source =
-        Source { name: "truth".into(), model, log_weight: 0.0, log_e_value: 0.0, widths: BTreeMap::new() };
+    let source = Source::new("truth", model);
     let blank = Record { values: vec![vec![f64::NAN; 101]], ..first_experiment(pair, 1.0).record("blank") };
     let mut truth = explanations(&[source], &[], &[blank])?.swap_remove(0);
     // The recording has no readings, so the values are those of the prior; the truth has its own.
@@ -224,13 +223,7 @@ fn fitted(pair: &Pair, sd: f64, seed: u64, replicate: u64) -> Result<Fitted> {
         let nominal: Vec<f64> = pair.models[k].parameters.iter().map(|(_, v)| *v).collect();
         let model = augsim_equations::model::parse(&pair.text(k, sd, &nominal), "model.toml")?;
         let model = fit(&model, &records, None)?.model;
-        Ok(Source {
-            name: ["first", "second"][k].to_owned(),
-            model,
-            log_weight: 0.0,
-            log_e_value: 0.0,
-            widths: BTreeMap::new(),
-        })
+        Ok(Source::new(["first", "second"][k], model))
     };
     let live = explanations(&[source(0)?, source(1)?], &records, &records)?;
     Ok(Fitted { truth, which, live })
@@ -338,8 +331,8 @@ fn sequence(
         let judgement = judge(&tallies, &rejected, 1000.0);
         path.log_odds[0].push(judgement.log_e_values[1]);
         path.log_odds[1].push(judgement.log_e_values[0]);
-        for (is_rejected, e) in rejected.iter_mut().zip(&judgement.log_e_values) {
-            *is_rejected |= *e >= 1000.0_f64.ln();
+        for (k, is_rejected) in rejected.iter_mut().enumerate() {
+            *is_rejected = !judgement.left.contains(&k);
         }
         match judgement.verdict {
             Verdict::Enough(one) => {

@@ -8,6 +8,7 @@ use crate::absent::MissingData;
 use crate::args::Reproduce;
 use crate::reproduction::{claim, finish, repeat};
 use augsim_session::usage::Missing;
+use augsim_system::statistics::median;
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
 use augsim_terminal::{Outcome, Usage};
@@ -111,7 +112,7 @@ fn replayed(pool: &Pool, settings: Settings) -> anyhow::Result<PoolRow> {
     let (verdict, agreeing) = verdicts.into_iter().max_by_key(|(_, count)| *count).unwrap_or_default();
     let runs = |of: fn(&Order) -> Option<usize>| {
         let count = |order: &Order| of(order).map_or(f64::INFINITY, |runs| runs as f64);
-        middle(orders.iter().map(count).collect()).filter(|runs| runs.is_finite())
+        Some(median(&mut orders.iter().map(count).collect::<Vec<f64>>())).filter(|runs| runs.is_finite())
     };
     Ok(PoolRow {
         pool: pool.name.clone(),
@@ -121,16 +122,9 @@ fn replayed(pool: &Pool, settings: Settings) -> anyhow::Result<PoolRow> {
         agreeing,
         designed: runs(|order| order.designed),
         random: runs(|order| order.random),
-        error_ratio: middle(orders.iter().map(|o| o.error_ratio).collect()).unwrap_or(f64::NAN),
+        error_ratio: median(&mut orders.iter().map(|o| o.error_ratio).collect::<Vec<f64>>()),
         orders,
     })
-}
-
-/// Median; infinite values count as large.
-fn middle(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    let (low, high) = (values.get((values.len().max(1) - 1) / 2)?, values.get(values.len() / 2)?);
-    Some(0.5 * (low + high))
 }
 
 /// Arguments that repeat the run.

@@ -1,12 +1,10 @@
 //! Pools of recorded runs with the explanations that the literature offers for them.
 
 use augsim_data::{DataError, Dataset, Trajectory};
-use augsim_equations::Model;
 use augsim_session::DataFrom;
 use augsim_session::equations::records::{read, records};
 use augsim_session::next::Source;
 use augsim_system::Record;
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// A pool of recorded runs, and explanations of it with their free parameters.
@@ -75,7 +73,7 @@ impl Known {
     pub fn read(&self, data: &Path) -> anyhow::Result<Pool> {
         let source = |(name, text): &(&str, &str)| -> anyhow::Result<Source> {
             let model = augsim_equations::model::parse(text, name)?;
-            Ok(source_of((*name).to_owned(), model))
+            Ok(Source::new(*name, model))
         };
         let explanations: Vec<Source> = self.explanations.iter().map(source).collect::<Result<_, _>>()?;
         let path = data.join(self.folder).join("data.csv.gz");
@@ -104,10 +102,6 @@ pub fn read_pool(pool: &Path, explanations: &[PathBuf]) -> anyhow::Result<Pool> 
     let name =
         pool.file_name().map_or_else(|| pool.display().to_string(), |n| n.to_string_lossy().into_owned());
     Ok(Pool { name, runs: records(&data, model, true)?, explanations })
-}
-
-fn source_of(name: String, model: Model) -> Source {
-    Source { name, model, log_weight: 0.0, log_e_value: 0.0, widths: BTreeMap::new() }
 }
 
 /// Cuts a trajectory into parts of equal numbers of samples, each with its own time.

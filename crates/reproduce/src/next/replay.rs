@@ -66,7 +66,6 @@ pub fn replay(pool: &Pool, settings: Settings, order: u64) -> anyhow::Result<Ord
     let sources: Vec<Source> = pool.explanations.iter().map(fitted).collect::<Result<_, _>>()?;
     let live = explanations(&sources, first, &pool.runs)?;
     let whole = judged(&live, rest)?;
-    let left = remaining(&whole.log_e_values, &vec![false; live.len()]);
     let starts = usual_starts(&sources, first)?;
     let runs: Vec<Experiment> = rest.iter().map(|r| experiment(r, &starts)).collect();
     let by_design = |current: &[Explanation], unheard: &[usize]| {
@@ -76,11 +75,11 @@ pub fn replay(pool: &Pool, settings: Settings, order: u64) -> anyhow::Result<Ord
             Request { explanations: current, limits: &limits, budget: 1, odds: ODDS, seed: settings.seed };
         choose(&request, &choice).unwrap_or(0)
     };
-    let designed = sequence(&live, rest, &left, by_design)?;
-    let random = sequence(&live, rest, &left, |_, _| 0)?;
+    let designed = sequence(&live, rest, &whole.left, by_design)?;
+    let random = sequence(&live, rest, &whole.left, |_, _| 0)?;
     Ok(Order {
         first: first.iter().map(|r| r.id.clone()).collect(),
-        left: left.iter().map(|k| live[*k].name.clone()).collect(),
+        left: whole.left.iter().map(|k| live[*k].name.clone()).collect(),
         error_ratio: whole.dispersion.sqrt(),
         designed,
         random,
@@ -96,11 +95,6 @@ fn judged(live: &[Explanation], records: &[Record]) -> anyhow::Result<Judgement>
         tallies.push(evidence.tally());
     }
     Ok(judge(&tallies, &vec![false; live.len()], ODDS))
-}
-
-/// Indices of the explanations that are not rejected.
-fn remaining(log_e_values: &[f64], rejected: &[bool]) -> Vec<usize> {
-    (0..rejected.len()).filter(|k| !rejected[*k] && log_e_values[*k] < ODDS.ln()).collect()
 }
 
 /// Number of runs after which `wanted` are left; the next run is that of `choice` among the places of unheard runs.
@@ -123,7 +117,7 @@ fn sequence(
         }
         let tallies: Vec<Tally> = evidence.iter().map(Evidence::tally).collect();
         let judgement = judge(&tallies, &rejected, ODDS);
-        let left = remaining(&judgement.log_e_values, &rejected);
+        let left = &judgement.left;
         (0..live.len()).for_each(|k| rejected[k] = !left.contains(&k));
         if left == wanted {
             return Ok(Some(heard));

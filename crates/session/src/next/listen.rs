@@ -71,7 +71,7 @@ fn apply(state: &mut State, tallies: &[Tally], judgement: &Judgement) {
         (explained.squares, explained.count) = (tally.squares, tally.count);
         explained.weight = judgement.weights[k];
         explained.log_e_value = judgement.log_e_values[k];
-        explained.rejected |= explained.log_e_value >= state.odds.ln();
+        explained.rejected = !judgement.left.contains(&k);
     }
     state.dispersion = judgement.dispersion;
     state.verdict = match judgement.verdict {

@@ -114,11 +114,11 @@ pub fn plan(request: &PlanRequest<'_>) -> anyhow::Result<Planned> {
     let predictions = runs.iter().map(predict).collect::<anyhow::Result<_>>()?;
     let experiments = runs.into_iter().map(|r| r.experiment).collect();
     let model = &request.sources[0].model;
-    let input =
-        |i: &augsim_equations::model::Input| (i.name.clone(), unit_text(i.unit).trim_start().to_owned());
-    let output =
-        |o: &augsim_equations::model::Output| (o.name.clone(), unit_text(o.unit).trim_start().to_owned());
-    let columns = [model.inputs.iter().map(input).collect(), model.outputs.iter().map(output).collect()];
+    let column = |name: &str, unit| (name.to_owned(), unit_text(unit).trim_start().to_owned());
+    let columns = [
+        model.inputs.iter().map(|i| column(&i.name, i.unit)).collect(),
+        model.outputs.iter().map(|o| column(&o.name, o.unit)).collect(),
+    ];
     Ok(Planned { state, files, experiments, predictions, columns })
 }
 

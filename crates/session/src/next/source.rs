@@ -17,3 +17,10 @@ pub struct Source {
     /// Widths of smoothed jumps that an earlier plan has chosen, by the text of their argument; empty without one.
     pub widths: BTreeMap<String, f64>,
 }
+
+impl Source {
+    /// An explanation of which no earlier plan knows anything.
+    pub fn new(name: impl Into<String>, model: Model) -> Self {
+        Self { name: name.into(), model, log_weight: 0.0, log_e_value: 0.0, widths: BTreeMap::new() }
+    }
+}

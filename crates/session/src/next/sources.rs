@@ -5,7 +5,6 @@ use super::source::Source;
 use super::state::State;
 use crate::{ModelOrRun, Subject, Usage, discovery_in};
 use augsim_equations::Model;
-use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Reads the live explanations of folders and model files.
@@ -46,13 +45,7 @@ fn of_path(path: &Path) -> anyhow::Result<Vec<Source>> {
             None => file.file_stem(),
         };
         let name = stem.map_or_else(|| model.name.clone(), |s| s.to_string_lossy().into_owned());
-        return Ok(vec![Source {
-            name,
-            model: *model,
-            log_weight: 0.0,
-            log_e_value: 0.0,
-            widths: BTreeMap::new(),
-        }]);
+        return Ok(vec![Source::new(name, *model)]);
     };
     // A force without a known law is in the model as a table, which is no effect of the result.
     let kinds: Vec<String> = match found.effects.is_empty() {
@@ -60,19 +53,12 @@ fn of_path(path: &Path) -> anyhow::Result<Vec<Source>> {
         false => found.effects.iter().map(|e| e.kind.clone()).collect(),
     };
     let name = name_of(&kinds);
-    let mut list =
-        vec![Source { name, model: *model, log_weight: 0.0, log_e_value: 0.0, widths: BTreeMap::new() }];
+    let mut list = vec![Source::new(name, *model)];
     for rival in &found.models.rivals {
         let model = list[0].model.parse_changed(&rival.model_toml)?;
         let name = name_of(&rival.kinds);
         if list.iter().all(|s| s.name != name) {
-            list.push(Source {
-                name,
-                model,
-                log_weight: rival.over_chosen,
-                log_e_value: 0.0,
-                widths: BTreeMap::new(),
-            });
+            list.push(Source { log_weight: rival.over_chosen, ..Source::new(name, model) });
         }
     }
     Ok(list)

@@ -233,30 +233,24 @@ impl State {
 
     /// The explanations before the runs that were heard.
     pub(super) fn planned_sources(&self) -> anyhow::Result<Vec<Source>> {
-        let source = |e: &Explained| -> anyhow::Result<Source> {
-            Ok(Source {
-                name: e.name.clone(),
-                model: augsim_equations::model::parse(&e.planned_toml, &e.file)?,
-                log_weight: e.log_weight,
-                log_e_value: e.log_e_value_before,
-                widths: e.widths.clone(),
-            })
-        };
+        let source = |e: &Explained| e.source(&e.planned_toml, e.log_weight, e.log_e_value_before);
         self.explanations.iter().map(source).collect()
     }
 
     /// The explanations that are not rejected, with their weights and e-values after all data.
     pub(super) fn live_sources(&self) -> anyhow::Result<Vec<Source>> {
-        let source = |e: &Explained| -> anyhow::Result<Source> {
-            Ok(Source {
-                name: e.name.clone(),
-                model: augsim_equations::model::parse(&e.model_toml, &e.file)?,
-                log_weight: e.log_weight + e.log_density / self.dispersion,
-                log_e_value: e.log_e_value,
-                widths: e.widths.clone(),
-            })
+        let source = |e: &Explained| {
+            e.source(&e.model_toml, e.log_weight + e.log_density / self.dispersion, e.log_e_value)
         };
         self.explanations.iter().filter(|e| !e.rejected).map(source).collect()
+    }
+}
+
+impl Explained {
+    /// The explanation with the values of one of its model files, and its log weight and log e-value with them.
+    fn source(&self, toml: &str, log_weight: f64, log_e_value: f64) -> anyhow::Result<Source> {
+        let model = augsim_equations::model::parse(toml, &self.file)?;
+        Ok(Source { name: self.name.clone(), model, log_weight, log_e_value, widths: self.widths.clone() })
     }
 }
 

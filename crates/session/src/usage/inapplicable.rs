@@ -58,46 +58,11 @@ pub enum Inapplicable {
 
 impl fmt::Display for Inapplicable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Inapplicable::PhysicsOfPlainNet { recipe } => {
-                write!(
-                    f,
-                    "the recipe of {recipe} uses no physics; leave out --residual-of, or choose a hybrid recipe"
-                )
-            }
-            Inapplicable::FlightsUnmeasured { folder } => {
-                write!(
-                    f,
-                    "--scenario flights: these are measured data; give the folder that contains `{folder}` with --data"
-                )
-            }
-            Inapplicable::NoFrames { input } => {
-                write!(
-                    f,
-                    "--frame-clock: the time stamps of {input} have no constant frame period; leave it out"
-                )
-            }
-            Inapplicable::SensorOfUnobserved { word, column } => {
-                write!(
-                    f,
-                    "--sensor-sd {word}: {column} is not observed; add it to --seen-columns, or leave this option out"
-                )
-            }
-            _ => f.write_str(self.text()),
-        }
-    }
-}
-
-impl Inapplicable {
-    /// Message of a combination that is named by no more than its options.
-    fn text(&self) -> &'static str {
-        match self {
+        f.write_str(match self {
             Inapplicable::SizesOfBuiltIn => {
                 "--data sets the scales of effects for equation models only; the effects of the ball and of pushing have fixed scales; leave it out"
             }
-            Inapplicable::PrefixUnfiltered => {
-                "--seen is for --protocol filtered; add that option, or leave --seen out"
-            }
+            Inapplicable::PrefixUnfiltered => "--seen is for --protocol filtered; add that option, or leave --seen out",
             Inapplicable::ReconstructedPushes => {
                 "nets of pushes can only forecast; leave out --protocol reconstruction"
             }
@@ -106,9 +71,7 @@ impl Inapplicable {
             }
             Inapplicable::PositionUnmeasured => "--require-pos-m: this system measures no position in m",
             Inapplicable::NetAlone => "--net: only `reproduce push` trains one net alone; leave it out",
-            Inapplicable::OneScenario => {
-                "--scenario is for `reproduce league` and `filtered` only; leave it out"
-            }
+            Inapplicable::OneScenario => "--scenario is for `reproduce league` and `filtered` only; leave it out",
             Inapplicable::PoolOfReproduction => "POOL is for `reproduce next` only; give data with --data",
             Inapplicable::FlightsOfLeague => {
                 "--scenario flights: the league has only ball and push; choose one of these, or leave it out"
@@ -147,10 +110,30 @@ impl Inapplicable {
             Inapplicable::NetOfEquations => {
                 "a net for an equation model needs the model file: write the model to a file, and give its path"
             }
-            Inapplicable::PhysicsOfPlainNet { .. }
-            | Inapplicable::FlightsUnmeasured { .. }
-            | Inapplicable::NoFrames { .. }
-            | Inapplicable::SensorOfUnobserved { .. } => "these options cannot be combined",
-        }
+            Inapplicable::PhysicsOfPlainNet { recipe } => {
+                return write!(
+                    f,
+                    "the recipe of {recipe} uses no physics; leave out --residual-of, or choose a hybrid recipe"
+                );
+            }
+            Inapplicable::FlightsUnmeasured { folder } => {
+                return write!(
+                    f,
+                    "--scenario flights: these are measured data; give the folder that contains `{folder}` with --data"
+                );
+            }
+            Inapplicable::NoFrames { input } => {
+                return write!(
+                    f,
+                    "--frame-clock: the time stamps of {input} have no constant frame period; leave it out"
+                );
+            }
+            Inapplicable::SensorOfUnobserved { word, column } => {
+                return write!(
+                    f,
+                    "--sensor-sd {word}: {column} is not observed; add it to --seen-columns, or leave this option out"
+                );
+            }
+        })
     }
 }
