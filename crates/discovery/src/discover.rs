@@ -231,6 +231,12 @@ fn withdraw_unsupported(
     let adds = searched.found.sets[judged.best].additions().iter().any(changes_predictions);
     let table = errors.lists.first(schema, 0, 0.0);
     match judge::reason_from_errors(&table, prepared.spread(), adds, schema.primary_unit()) {
+        Some(WithdrawalReason::NotThisSystem(_)) if prepared.data.recordings.len() == 1 => {
+            // The parts of one recording predict each other. That extrapolates: a model that lacks a slow state can predict
+            // worse than the mean although it is of the right system.
+            withdraw_findings(judged, Verdict::Unknown);
+            adds
+        }
         Some(WithdrawalReason::NotThisSystem(why)) => {
             withdraw_findings(judged, Verdict::NotThisSystem);
             judged.withdrawal_reason = Some(why);

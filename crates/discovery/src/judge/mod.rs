@@ -3,6 +3,7 @@
 
 mod bootstrap;
 mod established;
+mod memory;
 mod residual_tests;
 mod verdict;
 

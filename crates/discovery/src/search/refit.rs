@@ -174,6 +174,15 @@ impl<'a> Search<'a> {
     /// fit `from`. If the random effect of the events changes, their offsets are dropped or start at rough
     /// values.
     fn initial_nuisances(&self, from: &Fit, h: &Hypothesis, theta: &[f64]) -> Vec<Vec<f64>> {
+        let added = |h: &Hypothesis| -> Vec<Addition> {
+            let has_states = |a: &&Addition| a.listed().is_some_and(|effect| effect.has_states);
+            h.additions.iter().filter(has_states).cloned().collect()
+        };
+        if added(&from.hypothesis) != added(h) {
+            // The states of effects differ: their initial values are computed from the records again.
+            let declared = self.system().schema().free_states().count();
+            return from.nuisance.iter().map(|n| n.iter().take(declared).copied().collect()).collect();
+        }
         let is_same_scatter = from.hypothesis.scatter.map(|s| s.per) == h.scatter.map(|s| s.per);
         let Some(event) = self.event_parameter().filter(|_| !is_same_scatter) else {
             return from.nuisance.clone();
