@@ -9,7 +9,7 @@ use crate::examples::examples;
 use crate::fit::{fit, fit_nuisance};
 use crate::formulas::search_formulas;
 use crate::interim::interim;
-use crate::judge::{self, WithdrawalReason, add_tables, judge_findings, test_residuals};
+use crate::judge::{self, WithdrawalReason, add_tables, judge_findings, test_memory, test_residuals};
 use crate::options::{Monotone, Observer, Options, Progress};
 use crate::prepare::{Prepared, prepare, residual_sds};
 use crate::random_effect_test::{self, find_random_effect};
@@ -20,7 +20,7 @@ use crate::score::Scored;
 use crate::search::{
     Penalty, Search, SearchResult, calibrate_windows, choose_window_length, complete, refit_on,
 };
-use crate::stages::{Judged, SearchStage, search_in};
+use crate::stages::{Judged, SearchStage, search_in, search_with};
 use augsim_data::checks::{CheckedData, check_data};
 use augsim_data::{DataError, Dataset};
 use augsim_system::Declaration;
@@ -123,7 +123,11 @@ fn search(
     observer: &mut dyn Observer,
 ) -> SearchStage {
     observer.report(Progress::Calibration);
-    let families = vec![if options.library { Family::Library } else { Family::Grammar }];
+    let families = match (options.library, options.effects.is_closed()) {
+        (true, true) => vec![Family::Library, Family::Memory],
+        (true, false) => vec![Family::Library],
+        (false, _) => vec![Family::Grammar],
+    };
     let (view, base) = calibrate_windows(prepared, &prepared.searched);
     let calibrated = SearchStage {
         view: view.clone(),
@@ -136,6 +140,7 @@ fn search(
     };
     let mut searched =
         search_in(prepared, view, &families, base, Vec::new(), &mut |share| report_share(observer, share));
+    searched = search_memory(prepared, searched);
     for _ in 0..REPEATS {
         let best = searched.found.best().fit.clone();
         let residual_sd = residual_sds(&searched.view.sample(), &best);
@@ -153,10 +158,21 @@ fn search(
             break;
         }
         let shares = &mut |share| report_share(observer, share);
-        searched = search_in(prepared, view, &families, base, vec![best_set], shares);
+        searched = search_in(prepared, view, &searched.families, base, vec![best_set], shares);
+        searched = search_memory(prepared, searched);
     }
     report_interim(model, prepared, &searched, None, options, observer);
     search_formulas(prepared, searched, options, observer)
+}
+
+/// Repeats the search with effects that depend on the past, if the residuals of laws of present values do.
+fn search_memory(prepared: &Prepared, searched: SearchStage) -> SearchStage {
+    let is_possible = searched.families.contains(&Family::Library) && !prepared.clock.is_over();
+    let depends_on_past = || test_memory(&searched.search(prepared), searched.found.best()).is_significant();
+    if searched.families.contains(&Family::Memory) || !is_possible || !depends_on_past() {
+        return searched;
+    }
+    search_with(prepared, &searched, Family::Memory)
 }
 
 /// Selects the established effects, tests the residuals that they leave, and derives the verdict.

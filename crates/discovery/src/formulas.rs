@@ -4,9 +4,8 @@ use crate::addition::Addition;
 use crate::columns::Family;
 use crate::options::{Observer, Options, Progress};
 use crate::prepare::{Prepared, residual_sds};
-use crate::score::Scored;
 use crate::search::Search;
-use crate::stages::{SearchStage, search_in};
+use crate::stages::{SearchStage, search_with};
 
 /// Ratio of residual standard deviation to noise above which formulas are searched; below it no prediction
 /// would improve. Formulas are also searched where a hidden state is named.
@@ -47,16 +46,7 @@ pub(crate) fn search_formulas(
         return searched;
     }
     observer.report(Progress::Formulas);
-    let families = [Family::Library, Family::Grammar];
-    let base = searched.found.base().clone();
-    // Effects of the library that only imitate a formula leave residuals in which the formula does not show, so one search
-    // begins without effects. The other begins with all sets that are known then.
-    let mut known_sets: Vec<Scored> = searched.found.sets[1..].to_vec();
-    let afresh = search_in(prepared, searched.view.clone(), &families, base.clone(), Vec::new(), &mut |_| {});
-    let is_new = |set: &Scored| searched.found.with_key(&set.key()).is_none();
-    known_sets.extend(afresh.found.sets.into_iter().filter(is_new));
-    let mut with_grammar =
-        search_in(prepared, searched.view.clone(), &families, base, known_sets, &mut |_| {});
+    let mut with_grammar = search_with(prepared, &searched, Family::Grammar);
     let named = {
         let SearchStage { view, families, found } = &mut with_grammar;
         let search = Search::new(view, families, &prepared.clock);

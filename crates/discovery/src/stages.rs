@@ -47,3 +47,17 @@ pub(crate) fn search_in(
     let found = run(&Search::new(&view, families, &prepared.clock), base, known_sets, report_share);
     SearchStage { view, families: families.to_vec(), found }
 }
+
+/// Repeats a search with the candidates of one more family.
+///
+/// Effects that only imitate a missing one leave residuals in which it does not show, so one search begins without effects.
+/// The other begins with all sets that are known then.
+pub(crate) fn search_with(prepared: &Prepared, searched: &SearchStage, family: Family) -> SearchStage {
+    let families = [&searched.families[..], &[family]].concat();
+    let base = searched.found.base().clone();
+    let mut known_sets: Vec<Scored> = searched.found.sets[1..].to_vec();
+    let afresh = search_in(prepared, searched.view.clone(), &families, base.clone(), Vec::new(), &mut |_| {});
+    let is_new = |set: &Scored| searched.found.with_key(&set.key()).is_none();
+    known_sets.extend(afresh.found.sets.into_iter().filter(is_new));
+    search_in(prepared, searched.view.clone(), &families, base, known_sets, &mut |_| {})
+}

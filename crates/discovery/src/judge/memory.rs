@@ -6,7 +6,7 @@
 //! best set of laws of present values.
 
 use crate::addition::Addition;
-use crate::columns::{LinearProblem, table_candidates};
+use crate::columns::{Family, LinearProblem, library_candidates, table_candidates};
 use crate::score::Scored;
 use crate::search::{ALPHA, Search, SearchResult, p_values_beside, select_among};
 
@@ -34,12 +34,17 @@ impl MemoryTest {
 
 /// Tests whether the residuals of a set of effects depend on the past.
 pub(crate) fn test_memory(search: &Search<'_>, set: &Scored) -> MemoryTest {
-    if !search.library.iter().any(Addition::depends_on_past) {
+    if !search.families.contains(&Family::Library) {
         return MemoryTest::untested();
     }
     let sample = search.sample();
+    let memory = library_candidates(sample.data, &search.view.blocks, Family::Memory);
+    if memory.is_empty() {
+        return MemoryTest::untested();
+    }
     let tables = table_candidates(sample.data, &set.fit.events);
-    let candidates = [&search.library[..], &tables[..]].concat();
+    let present = search.library.iter().filter(|a| !a.depends_on_past()).cloned();
+    let candidates: Vec<Addition> = present.chain(memory).chain(tables).collect();
     let problem = LinearProblem::new(&sample, &search.view.blocks, set, &candidates);
     let is_static = |g: usize| problem.fitted.contains(&g) || !problem.groups[g].addition.depends_on_past();
     let statics = select_among(&problem, search.penalty(), &is_static);

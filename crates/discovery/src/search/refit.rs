@@ -45,6 +45,8 @@ pub(crate) type InitialValues = Vec<(Addition, Vec<f64>)>;
 pub(crate) struct Search<'a> {
     pub view: &'a View,
     pub library: Vec<Addition>,
+    /// Families of the candidates in `library`.
+    pub families: Vec<Family>,
     /// Number of tested candidates: those in `library`, and two kinds of random effects.
     pub candidates: f64,
     pub clock: Clock,
@@ -56,7 +58,7 @@ impl<'a> Search<'a> {
         let library: Vec<Addition> =
             families.iter().flat_map(|family| library_candidates(data, &view.blocks, *family)).collect();
         let candidates = library.len() as f64 + 2.0;
-        Self { view, library, candidates, clock: clock.clone() }
+        Self { view, library, families: families.to_vec(), candidates, clock: clock.clone() }
     }
 
     /// Penalty of an effect tried at one grid point: the log odds against one of this many candidates by

@@ -384,16 +384,17 @@ impl SearchResult {
     }
 
     /// Level at which an addition of a set must be significant. It is corrected for the number of candidates,
-    /// unless the gain of the addition has exceeded a penalty that accounts for it, or its gain over blocks is
-    /// significant at the corrected level.
+    /// unless the gain of the addition has exceeded a penalty that accounts for it.
+    ///
+    /// For an addition with states a significant gain over blocks suffices: it is a candidate only where a test, corrected
+    /// for the number of such candidates, finds that the residuals depend on the past.
     fn significance_level(&self, search: &Search<'_>, set: &Scored, number: usize) -> f64 {
-        let level = search.level(&set.additions()[number]);
         let gains_in_blocks =
-            |less: &Evidence| set.has_states(number) && set.evidence.p_value_of_gain(less) <= level;
+            |less: &Evidence| set.has_states(number) && set.evidence.p_value_of_gain(less) <= ALPHA;
         if set.is_judged_by_gain(number) || self.evidence_without(set, number).is_some_and(gains_in_blocks) {
             ALPHA
         } else {
-            level
+            search.level(&set.additions()[number])
         }
     }
 
