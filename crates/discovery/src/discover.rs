@@ -165,14 +165,19 @@ fn search(
     search_formulas(prepared, searched, options, observer)
 }
 
-/// Repeats the search with effects that depend on the past, if the residuals of laws of present values do.
-fn search_memory(prepared: &Prepared, searched: SearchStage) -> SearchStage {
-    let is_possible = searched.families.contains(&Family::Library) && !prepared.clock.is_over();
-    let depends_on_past = || test_memory(&searched.search(prepared), searched.found.best()).is_significant();
-    if searched.families.contains(&Family::Memory) || !is_possible || !depends_on_past() {
+/// Repeats the search with effects that depend on the past, if the residuals exceed the noise or depend on the past, or if
+/// laws of present values were found. Each may be an imitation of the other.
+fn search_memory(prepared: &Prepared, mut searched: SearchStage) -> SearchStage {
+    let is_possible =
+        searched.families.contains(&Family::Library) && !searched.families.contains(&Family::Memory);
+    if !is_possible || prepared.clock.is_over() {
         return searched;
     }
-    search_with(prepared, &searched, Family::Memory)
+    let named = searched.named_set(prepared);
+    let is_needed = !named.additions().is_empty()
+        || searched.exceeds_noise(prepared, &named)
+        || test_memory(&searched.search(prepared), searched.found.best()).is_significant();
+    if is_needed { search_with(prepared, &searched, Family::Memory) } else { searched }
 }
 
 /// Selects the established effects, tests the residuals that they leave, and derives the verdict.

@@ -3,13 +3,9 @@
 use crate::addition::Addition;
 use crate::columns::Family;
 use crate::options::{Observer, Options, Progress};
-use crate::prepare::{Prepared, residual_sds};
+use crate::prepare::Prepared;
 use crate::search::Search;
 use crate::stages::{SearchStage, search_with};
-
-/// Ratio of residual standard deviation to noise above which formulas are searched; below it no prediction
-/// would improve. Formulas are also searched where a hidden state is named.
-const BEYOND_NOISE: f64 = 1.1;
 
 /// Whether formulas may explain more than the set of effects that would be named: its residuals exceed the noise, or it
 /// depends on the past.
@@ -17,15 +13,8 @@ const BEYOND_NOISE: f64 = 1.1;
 /// The best set may leave smaller residuals: it also has effects that are not significant. Hidden states have free initial
 /// values in every window, with which they imitate laws of present values.
 fn needs_formulas(prepared: &Prepared, searched: &mut SearchStage) -> bool {
-    let SearchStage { view, families, found } = searched;
-    let named = crate::judge::named_set(&Search::new(view, families, &prepared.clock), found);
-    let set = &found.sets[named];
-    let residual_sd = residual_sds(&view.sample(), &set.fit);
-    set.additions().iter().any(Addition::depends_on_past)
-        || residual_sd
-            .iter()
-            .zip(&prepared.noise.sd)
-            .any(|(residual_sd, sd)| *residual_sd > BEYOND_NOISE * sd)
+    let named = searched.named_set(prepared);
+    named.additions().iter().any(Addition::depends_on_past) || searched.exceeds_noise(prepared, &named)
 }
 
 /// Repeats the search with formulas as further candidates where they may explain more. Keeps the first

@@ -81,7 +81,7 @@ fn one_slow_recording_gets_no_false_law_beside_the_true_one() {
 
 #[test]
 fn lags_of_sensor_and_input_are_listed_together() {
-    let found = answer(true, 19);
+    let found = answer(true, 3008);
     let mut named: Vec<String> = kinds(&found).iter().map(|kind| (*kind).to_owned()).collect();
     assert_eq!(named.len(), 1, "{}", found.sentence);
     named.extend(found.alternatives.iter().flatten().cloned());

@@ -475,8 +475,8 @@ fn tanks_have_an_unidentifiable_scale_and_an_incomplete_model() {
     // say that the model is complete.
     assert!(!found["leads"].as_array().unwrap().is_empty(), "{found}");
     assert_ne!(found["verdict"], "nothing-to-add", "{found}");
-    // The table of the lower level must not make the predictions significantly worse.
-    assert!(number(&found["error"]["reduction"]["ci95"][1]) > 0.0, "{found}");
+    // Nothing that is added may make the predictions significantly worse; 0 where nothing is added.
+    assert!(number(&found["error"]["reduction"]["ci95"][1]) >= 0.0, "{found}");
     for effect in effects {
         assert!((0.0..=1.0).contains(&number(&effect["share"])), "{effect}");
     }

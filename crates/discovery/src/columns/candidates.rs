@@ -6,6 +6,9 @@ use crate::record::Measured;
 use crate::score::{Blocks, are_comparable};
 use augsim_system::{Event, Per};
 
+/// Name of the time in formulas.
+const TIME: &str = "t";
+
 /// Source of the candidate effects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Family {
@@ -42,7 +45,12 @@ pub(crate) fn library_candidates(data: &Measured, blocks: &Blocks, family: Famil
         let carrier = effect.joins.as_ref().map(|join| join.kind.as_str());
         [Some(effect.kind.as_str()), carrier].into_iter().flatten().all(|kind| data.effects.allows(kind))
     };
-    let indices = (0..system.library().len()).filter(is_of_family).filter(is_allowed);
+    // In a single recording a law of time cannot be told from the course of a hidden state after the start.
+    let is_testable = |i: &usize| {
+        let domain = system.library()[*i].formula_domain.as_ref();
+        data.recordings.len() > 1 || domain.is_none_or(|domain| domain.variable.name != TIME)
+    };
+    let indices = (0..system.library().len()).filter(is_of_family).filter(is_allowed).filter(is_testable);
     for index in indices.filter(|&i| system.can_search_effect(i, &records)) {
         out.extend(Addition::effect(system, index, Per::All));
         if grouped && system.can_vary_by_group(index) {

@@ -385,12 +385,13 @@ impl SearchResult {
 
     /// Level at which an addition of a set must be significant. It is corrected for the number of candidates,
     /// unless the gain of the addition has exceeded a penalty that accounts for it.
-    ///
-    /// For an addition with states a significant gain over blocks suffices: it is a candidate only where a test, corrected
-    /// for the number of such candidates, finds that the residuals depend on the past.
+    /// So it has for an addition with states whose gain over blocks is significant, corrected for the number of candidates
+    /// with states.
     fn significance_level(&self, search: &Search<'_>, set: &Scored, number: usize) -> f64 {
+        let has_states = |a: &&Addition| a.listed().is_some_and(|effect| effect.has_states);
+        let corrected = || ALPHA / search.library.iter().filter(has_states).count().max(1) as f64;
         let gains_in_blocks =
-            |less: &Evidence| set.has_states(number) && set.evidence.p_value_of_gain(less) <= ALPHA;
+            |less: &Evidence| set.has_states(number) && set.evidence.p_value_of_gain(less) <= corrected();
         if set.is_judged_by_gain(number) || self.evidence_without(set, number).is_some_and(gains_in_blocks) {
             ALPHA
         } else {
