@@ -28,8 +28,6 @@ const MAX_DISPERSION: f64 = 4.0;
 pub struct Tally {
     /// Logarithm of the prior weight.
     pub log_weight: f64,
-    /// Logarithm of the e-value against the explanation from earlier judgements, nats.
-    pub log_e_value: f64,
     /// Logarithm of the mixture density p of the new recordings, nats.
     pub log_density: f64,
     /// Logarithm of the maximised likelihood q of the new recordings, nats.
@@ -79,7 +77,6 @@ pub fn judge(tallies: &[Tally], rejected: &[bool], odds: f64) -> Judgement {
         let norm = log_sum(others.clone().map(|i| tallies[i].log_weight));
         log_sum(others.map(|i| tallies[i].log_weight - norm + densities[i]))
             - tallies[j].log_maximum / dispersion
-            + tallies[j].log_e_value
     };
     let log_e_values: Vec<f64> = (0..tallies.len()).map(log_e_value).collect();
     let norm = log_sum(tallies.iter().zip(&densities).map(|(t, e)| t.log_weight + e));
@@ -96,7 +93,7 @@ pub fn judge(tallies: &[Tally], rejected: &[bool], odds: f64) -> Judgement {
 }
 
 /// Logarithm of a sum of exponentials.
-fn log_sum(logs: impl Iterator<Item = f64>) -> f64 {
+pub(crate) fn log_sum(logs: impl Iterator<Item = f64>) -> f64 {
     let logs: Vec<f64> = logs.collect();
     let most = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     if most == f64::NEG_INFINITY {
@@ -117,7 +114,6 @@ mod tests {
     fn tally(log_density: f64, squares: f64) -> Tally {
         Tally {
             log_weight: 0.0,
-            log_e_value: 0.0,
             log_density,
             log_maximum: log_density,
             squares,

@@ -17,7 +17,7 @@ use augsim_design::{
     draw_recording, judge, promise, random_run,
 };
 use augsim_session::equations::fit::fit;
-use augsim_session::next::{Source, explanations};
+use augsim_session::next::{Source, evidence};
 use augsim_system::Record;
 use augsim_tests::next_battery::pairs::{PAIRS, Pair};
 use clap::Parser;
@@ -181,7 +181,7 @@ fn truth_of(pair: &Pair, which: usize, sd: f64, values: &[f64]) -> Result<Explan
     }
     let source = Source::new("truth", model);
     let blank = Record { values: vec![vec![f64::NAN; 101]], ..first_experiment(pair, 1.0).record("blank") };
-    let mut truth = explanations(&[source], &[], &[blank])?.swap_remove(0);
+    let mut truth = evidence(&[source], &[], &[blank])?.swap_remove(0).explanation().clone();
     // The recording has no readings, so the values are those of the prior; the truth has its own.
     truth.values = truth.system.parameters().iter().map(|p| p.nominal).collect();
     Ok(truth)
@@ -202,7 +202,8 @@ fn first_experiment(pair: &Pair, factor: f64) -> Experiment {
 struct Fitted {
     truth: Explanation,
     which: usize,
-    live: Vec<Explanation>,
+    explanations: Vec<Explanation>,
+    live: Vec<Evidence>,
 }
 
 fn fitted(pair: &Pair, sd: f64, seed: u64, replicate: u64) -> Result<Fitted> {
@@ -225,26 +226,30 @@ fn fitted(pair: &Pair, sd: f64, seed: u64, replicate: u64) -> Result<Fitted> {
         let model = fit(&model, &records, None)?.model;
         Ok(Source::new(["first", "second"][k], model))
     };
-    let live = explanations(&[source(0)?, source(1)?], &records, &records)?;
-    Ok(Fitted { truth, which, live })
+    let live = evidence(&[source(0)?, source(1)?], &records, &records)?;
+    let explanations = live.iter().map(|e| e.explanation().clone()).collect();
+    Ok(Fitted { truth, which, explanations, live })
 }
 
-fn request<'a>(live: &'a [Explanation], limits: &'a Limits, seed: u64) -> Request<'a> {
-    Request { explanations: live, limits, budget: BUDGET, odds: 1000.0, seed }
+fn request<'a>(fitted: &'a Fitted, limits: &'a Limits, seed: u64) -> Request<'a> {
+    let Fitted { explanations, live: evidence, .. } = fitted;
+    Request { explanations, evidence, limits, budget: BUDGET, odds: 1000.0, seed }
 }
 
 fn replicate_of(pair: &Pair, seed: u64, replicate: u64, sequences: u64) -> Result<Counts> {
     let limits = limits(pair);
     let mut sd = 0.01 * (pair.output.1[1] - pair.output.1[0]);
     let rough = fitted(pair, sd, seed, replicate)?;
-    let first = design(&Request { budget: 1, ..request(&rough.live, &limits, seed) })?;
+    let first = design(&Request { budget: 1, ..request(&rough, &limits, seed) })?;
     let odds = 0.5 * (first[0].log_odds[0][1] + first[0].log_odds[1][0]);
     sd *= (odds / LOG_ODDS_OF_RUN).sqrt();
-    let Fitted { truth, which, live } = fitted(pair, sd, seed, replicate)?;
-    let request = request(&live, &limits, seed + replicate);
+    let fitted = fitted(pair, sd, seed, replicate)?;
+    let request = request(&fitted, &limits, seed + replicate);
+    let Fitted { truth, which, live, .. } = &fitted;
+    let which = *which;
     let runs = design(&request)?;
     let experiments: Vec<&Experiment> = runs.iter().map(|r: &Run| &r.experiment).collect();
-    let promised = promise(&live, &experiments, BUDGET, 1000.0, 100, seed + replicate);
+    let promised = promise(live, &experiments, BUDGET, 1000.0, 100, seed + replicate);
     let promised_odds = promised.truths[which].log_odds[promised.runs - 1];
     let mut counts = Counts { promised_runs: vec![promised.runs], ..Counts::default() };
     let random: Vec<Experiment> =
@@ -259,14 +264,14 @@ fn replicate_of(pair: &Pair, seed: u64, replicate: u64, sequences: u64) -> Resul
             if k >= plan.len() && new_plans < NEW_PLANS {
                 new_plans += 1;
                 let current: Vec<Explanation> = evidence.iter().map(Evidence::updated).collect();
-                let again = Request { explanations: &current, budget: 2, ..request.clone() };
+                let again = Request { explanations: &current, evidence, budget: 2, ..request.clone() };
                 plan.extend(design(&again)?.into_iter().map(|run| run.experiment));
             }
             Ok(plan[k % plan.len()].clone())
         };
-        let path = sequence(&truth, &live, &mut next, promised.runs, &mut rng)?;
+        let path = sequence(truth, live, &mut next, promised.runs, &mut rng)?;
         let mut next = |k: usize, _: &[Evidence]| Ok(random[(k + 7 * s as usize) % random.len()].clone());
-        let by_chance = sequence(&truth, &live, &mut next, 1, &mut rng)?;
+        let by_chance = sequence(truth, live, &mut next, 1, &mut rng)?;
         counts.sequences += 1;
         for (arm, path) in [&path, &by_chance].into_iter().enumerate() {
             counts.false_verdicts[arm] += usize::from(path.verdict.is_some_and(|v| v != which));
@@ -303,12 +308,12 @@ struct Path {
 
 fn sequence(
     truth: &Explanation,
-    live: &[Explanation],
+    live: &[Evidence],
     next: &mut dyn FnMut(usize, &[Evidence]) -> Result<Experiment>,
     at_least: usize,
     rng: &mut impl rand::Rng,
 ) -> Result<Path> {
-    let mut evidence: Vec<Evidence> = live.iter().map(Evidence::new).collect();
+    let mut evidence = live.to_vec();
     let mut path = Path {
         runs: MAX_RUNS,
         verdict: None,

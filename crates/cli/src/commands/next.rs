@@ -36,11 +36,19 @@ pub fn next(args: &Next, seed: u64, force: bool, output: &Output) -> anyhow::Res
     let names: Vec<String> = (1..=args.budget).map(|k| format!("run-{k}.csv")).collect();
     let files: Vec<&str> = [PLAN, REPORT].into_iter().chain(names.iter().map(String::as_str)).collect();
     let claim = Results { folder: &args.out, files: &files, inputs: &inputs, record, force }.claim()?;
-    let explanations = sources(&args.explanations)?;
+    let continued = match &args.explanations[..] {
+        [folder] if args.data.is_empty() => State::read_if_there(folder)?,
+        _ => None,
+    };
+    let explanations = match &continued {
+        Some(state) => state.planned_sources()?,
+        None => sources(&args.explanations)?,
+    };
     let model = &explanations[0].model;
-    let known: Vec<DataRecord> = match paths.is_empty() {
-        true => Vec::new(),
-        false => {
+    let known: Vec<DataRecord> = match &continued {
+        Some(state) => [state.earlier_records(), state.heard_records()].concat(),
+        None if paths.is_empty() => Vec::new(),
+        None => {
             let from = args.time.of_all(&paths);
             note_reading(&from, model, output)?;
             records::records(&records::read(from, model)?.data, model, true)?
@@ -53,6 +61,7 @@ pub fn next(args: &Next, seed: u64, force: bool, output: &Output) -> anyhow::Res
         sources: &explanations,
         limits: &limits,
         records: &known,
+        continued: continued.as_ref(),
         budget: usize::from(args.budget),
         odds: args.odds,
         sequences: u64::from(args.sequences),

@@ -2,6 +2,7 @@
 //!
 //! `docs/next.md` has the formulas.
 
+mod evidence;
 mod explanation;
 mod fault;
 mod limits;
@@ -17,7 +18,7 @@ pub use fault::NextFault;
 pub use limits::{default_limits, read_limits};
 pub use listen::{ListenRequest, listen};
 pub use page::{listen_page, plan_page};
-pub use plan::{PlanRequest, Planned, explanations, plan};
+pub use plan::{PlanRequest, Planned, evidence, plan};
 pub use source::Source;
 pub use sources::sources;
 pub use state::{Explained, HeardRun, PlannedRun, PromiseOf, RunOdds, State};

@@ -25,9 +25,10 @@ pub fn plan_page(planned: &Planned, seed: u64) -> Page {
         for (output, (name, unit)) in outputs.iter().enumerate() {
             let mut line =
                 Line::new(&format!("predicted {name}"), Axis::linear("time", "s"), Axis::linear(name, unit));
-            for (k, (e, paths)) in state.explanations.iter().zip(&planned.predictions[run]).enumerate() {
+            for (k, (name, paths)) in state.live_names().into_iter().zip(&planned.predictions[run]).enumerate()
+            {
                 line = line.with(Series::line(
-                    &e.name,
+                    name,
                     Tone::Series(u8::try_from(k).unwrap_or(u8::MAX)),
                     times.clone(),
                     paths[output].clone(),
@@ -119,16 +120,11 @@ fn explanations_table(state: &State) -> Table {
 
 fn promise_section(state: &State) -> Option<Section> {
     let p = state.promise.as_ref()?;
-    let rows = state.explanations.iter().enumerate().filter_map(|(i, e)| {
-        let (odds, shares) = (p.log_odds_by_truth.get(i)?, p.share_by_truth.get(i)?);
-        Some((0..odds.len()).map(move |k| {
-            vec![
-                e.name.clone(),
-                (k + 1).to_string(),
-                odds_text(odds[k]),
-                format!("{:.0} %", 100.0 * shares[k]),
-            ]
-        }))
+    let by_truth = p.log_odds_by_truth.iter().zip(&p.share_by_truth);
+    let rows = p.truths.iter().zip(by_truth).map(|(name, (odds, shares))| {
+        (0..odds.len()).map(move |k| {
+            vec![name.clone(), (k + 1).to_string(), odds_text(odds[k]), format!("{:.0} %", 100.0 * shares[k])]
+        })
     });
     let required = format!("cases that reach {:.0} to 1", state.odds);
     let promised = table(
