@@ -26,10 +26,8 @@ fn explanation(name: &str, text: &str, sds: &[f64], noise: SensorNoise) -> Expla
         values: parameters.iter().map(|p| p.nominal).collect(),
         uncertain,
         factor: Vec::new(),
-        is_normal: true,
         noise: Noise { sensors: vec![noise], process: Vec::new() },
         log_weight: 0.0,
-        log_e_value: 0.0,
         driven: None,
         system: Arc::new(system),
     };

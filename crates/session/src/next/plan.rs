@@ -11,12 +11,26 @@ use augsim_design::{
     Candidate, Evidence, Experiment, Explanation, Limits, Promise, Request, Run, after_recordings, design, nominal_run,
     promise, weights,
 };
+use augsim_equations::Model;
 use augsim_system::Record;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
 /// Number of random experiments on which integration steps are chosen where there are no recordings.
 const TUNING_EXPERIMENTS: u64 = 16;
+
+/// Size of a plan, and the random draws that it is made with.
+#[derive(Debug, Clone, Copy)]
+pub struct PlanOptions {
+    /// Maximum number of runs.
+    pub budget: usize,
+    /// Required odds against each other explanation.
+    pub odds: f64,
+    /// Number of simulated sequences for each explanation as the truth.
+    pub sequences: u64,
+    /// Seed of all random draws.
+    pub seed: u64,
+}
 
 /// What to plan.
 #[derive(Debug)]
@@ -29,14 +43,8 @@ pub struct PlanRequest<'a> {
     pub records: &'a [Record],
     /// Plan to go on with, with the runs that it has heard: instead of `sources` and `records`.
     pub continued: Option<&'a State>,
-    /// Maximum number of runs.
-    pub budget: usize,
-    /// Required odds against each other explanation.
-    pub odds: f64,
-    /// Number of simulated sequences for each explanation as the truth.
-    pub sequences: u64,
-    /// Seed of all random draws.
-    pub seed: u64,
+    /// Size of the plan, and its seed.
+    pub options: PlanOptions,
 }
 
 /// A plan: its state, the inputs of each run as CSV files, and the predictions of each run.
@@ -82,35 +90,29 @@ pub(super) fn compiled(sources: &[Source], tuning: &Tuning) -> anyhow::Result<Ve
 /// # Errors
 /// A model cannot be used, or no input keeps all explanations within the limits.
 pub fn plan(request: &PlanRequest<'_>) -> anyhow::Result<Planned> {
+    let PlanOptions { budget, odds, sequences, seed } = request.options;
     let mut state = match request.continued {
         Some(state) => State { plan: Vec::new(), verdict: "plan".to_owned(), ..state.clone() },
         None => first_state(request)?,
     };
     let model = state.first_model()?;
     let tuning = match [state.earlier_records(), state.heard_records()].concat() {
-        none if none.is_empty() => tuning_records(request.limits, model.outputs.len(), request.seed),
+        none if none.is_empty() => tuning_records(request.limits, model.outputs.len(), seed),
         records => (records, BTreeMap::new()),
     };
     let (explanations, evidence) = live_evidence(&state, &tuning)?;
-    let wanted = Request {
-        explanations: &explanations,
-        evidence: &evidence,
-        limits: request.limits,
-        budget: request.budget,
-        odds: request.odds,
-        seed: request.seed,
-    };
-    let runs = design(&wanted)?;
+    let limits = request.limits;
+    let runs =
+        design(&Request { explanations: &explanations, evidence: &evidence, limits, budget, odds, seed })?;
     let experiments: Vec<&Experiment> = runs.iter().map(|r| &r.experiment).collect();
-    let promised = (explanations.len() > 1).then(|| {
-        promise(&evidence, &experiments, request.budget, request.odds, request.sequences, request.seed)
-    });
-    state.odds = request.odds;
+    let promised = (explanations.len() > 1)
+        .then(|| promise(&evidence, &experiments, budget, odds, sequences, seed));
+    state.odds = odds;
     state.plan = runs.iter().enumerate().map(|(k, run)| planned_run(k, run, &explanations)).collect();
     state.promise = promised.as_ref().map(|p| {
         let why = (!p.is_enough).then(|| why_not(&explanations, &runs, request.limits));
         let truths = explanations.iter().map(|e| e.name.clone()).collect();
-        PromiseOf { truths, heard_before: state.heard.len(), why_not: why, ..promise_of(p, request.sequences) }
+        PromiseOf { truths, heard_before: state.heard.len(), why_not: why, ..promise_of(p, sequences) }
     });
     state.note = note_on_starts(&explanations);
     state.sentence = plan_sentence(&state, request.limits);
@@ -121,19 +123,23 @@ pub fn plan(request: &PlanRequest<'_>) -> anyhow::Result<Planned> {
     };
     let predictions = runs.iter().map(predict).collect::<anyhow::Result<_>>()?;
     let experiments = runs.into_iter().map(|r| r.experiment).collect();
+    Ok(Planned { state, files, experiments, predictions, columns: columns(&model) })
+}
+
+/// Names and units of the inputs and of the outputs of a model.
+fn columns(model: &Model) -> [Vec<(String, String)>; 2] {
     let column = |name: &str, unit| (name.to_owned(), unit_text(unit).trim_start().to_owned());
-    let columns = [
+    [
         model.inputs.iter().map(|i| column(&i.name, i.unit)).collect(),
         model.outputs.iter().map(|o| column(&o.name, o.unit)).collect(),
-    ];
-    Ok(Planned { state, files, experiments, predictions, columns })
+    ]
 }
 
 /// State of a first plan: the explanations as all recordings leave them, before any run was heard.
 fn first_state(request: &PlanRequest<'_>) -> anyhow::Result<State> {
     let outputs = request.sources.first().map_or(0, |s| s.model.outputs.len());
     let tuning = match request.records {
-        [] => tuning_records(request.limits, outputs, request.seed),
+        [] => tuning_records(request.limits, outputs, request.options.seed),
         records => (records.to_vec(), BTreeMap::new()),
     };
     let (mut list, mut widths) = (Vec::new(), Vec::new());
@@ -144,7 +150,7 @@ fn first_state(request: &PlanRequest<'_>) -> anyhow::Result<State> {
         });
         widths.push(chosen);
     }
-    let mut state = State::new(request.odds, explained(request.sources, &list, widths)?);
+    let mut state = State::new(request.options.odds, explained(request.sources, &list, widths)?);
     state.earlier = tested_records(request.records).iter().map(Recording::of).collect();
     Ok(state)
 }
