@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -39,7 +40,7 @@ class Plan:
 
     @cached_property
     def json(self) -> str:
-        """``plan.json`` of ``augsim next`` or ``augsim listen``, byte for byte."""
+        """``plan.json`` of ``augsim next`` or ``augsim listen``, byte for byte for the same paths."""
         return self._inner.json()
 
     @cached_property
@@ -83,21 +84,21 @@ class Plan:
         self,
         *,
         limits: str | os.PathLike[str] | Mapping[str, Any] | None = None,
-        budget: int = 3,
+        budget: int = 4,
         odds: float = 1000.0,
         sequences: int = 200,
         seed: int = 1,
         progress: bool | _progress.Progress = True,
     ) -> Plan:
         """Designs the next runs from what is known after the recordings that were heard; see :func:`augsim.next`."""
-        with tempfile.TemporaryDirectory() as folder:
-            (Path(folder) / PLAN).write_text(self.json, encoding="utf-8")
-            return next(folder, limits=limits, budget=budget, odds=odds, sequences=sequences, seed=seed, progress=progress)
+        return next(self, limits=limits, budget=budget, odds=odds, sequences=sequences, seed=seed, progress=progress)
 
     def to_html(self, path: str | os.PathLike[str]) -> Path:
         """Writes the page of the plan, or of the judgement, and returns its path."""
-        path = Path(path)
-        path.write_text(self._inner.page(), encoding="utf-8")
+        path, page = Path(path), self._inner.page()
+        if page is None:
+            raise UsageError(f"the folder of the plan has no {REPORT}; design the runs again with augsim.next")
+        path.write_text(page, encoding="utf-8")
         return path
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
@@ -119,7 +120,7 @@ def next(
     data: Any = None,
     *,
     limits: str | os.PathLike[str] | Mapping[str, Any] | None = None,
-    budget: int = 3,
+    budget: int = 4,
     odds: float = 1000.0,
     sequences: int = 200,
     seed: int = 1,
@@ -127,7 +128,7 @@ def next(
 ) -> Plan:
     """Designs the runs that separate explanations of the data, and promises their odds, as ``augsim next`` does.
 
-    ``explanations`` is a :class:`Discovery`, a folder of a discovery, fit or plan, a fitted model file, or a list of these. ``data``
+    ``explanations`` is a :class:`Discovery`, a :class:`Plan`, a folder of a discovery, fit or plan, a fitted model file, or a list of these. ``data``
     are the recordings so far, any argument of :func:`read`; by default the parameters are distributed as the models say.
     ``limits`` is a file of limits or a dict with its tables: ``duration_s``, ``sample_s`` (s), ``inputs``, ``ranges``, ``starts`` (in the units
     of their names). ``budget`` is the largest number of runs, ``odds`` the required odds to 1 against every other explanation,
@@ -141,9 +142,12 @@ def next(
     >>> heard.verdict
     """
     given = list(explanations) if isinstance(explanations, (list, tuple)) else [explanations]
-    if not isinstance(odds, (int, float)) or not odds > 1.0:
+    if not isinstance(odds, (int, float)) or not 1.0 < odds < math.inf:
         raise UsageError(f"odds = {odds!r}: give a number above 1")
     options = {name: whole(name, value) for name, value in (("budget", budget), ("sequences", sequences), ("seed", seed))}
+    for name, (least, most) in {"budget": (1, 50), "sequences": (20, 100_000)}.items():
+        if not least <= options[name] <= most:
+            raise UsageError(f"{name} = {options[name]}: give a whole number from {least} to {most}")
     reporter = _progress.reporter_for(progress)
     with tempfile.TemporaryDirectory() as scratch:
         folders = [_folder(one, Path(scratch) / str(k)) for k, one in enumerate(given)]
@@ -166,11 +170,13 @@ def _folder(explanation: Any, scratch: Path) -> Path:
     if isinstance(explanation, Discovery):
         return explanation.save(scratch)
     if isinstance(explanation, Plan):
-        return explanation.save(scratch)
+        scratch.mkdir()
+        (scratch / PLAN).write_text(explanation.json, encoding="utf-8")
+        return scratch
     if isinstance(explanation, (str, os.PathLike)):
         return Path(explanation)
     kind = type(explanation).__name__
-    raise UsageError(f"an explanation of type {kind}: give an augsim.Discovery, a folder of a discovery, fit or plan, or a model file")
+    raise UsageError(f"an explanation of type {kind}: give an augsim.Discovery, an augsim.Plan, a folder of a discovery, fit or plan, or a model file")
 
 
 def _limits(limits: Any, scratch: Path) -> Path | None:
