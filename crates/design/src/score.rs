@@ -9,7 +9,8 @@
 //! is the expected log odds for i from one run, in nats: the part of the difference that the rival cannot absorb by other
 //! parameters and another initial state (T-optimality, Atkinson and Fedorov 1975; with prior information, Ponce de Leon and
 //! Atkinson 1991). R is the covariance of measurement and process noise. A rival is held to half of the earlier data, as in the
-//! judgement of `evidence.rs`; readings of the first samples are divided out as there. The log odds of a run are about normal with mean D and variance 2 D. The score is
+//! judgement of `evidence.rs`; readings of the first samples are divided out as there. The log odds of a run are about normal with
+//! mean D and variance 2 D. The score is
 //!
 //! ```text
 //! (2)  sum over i ≠ j of w_i w_j mean over draws of c (1 - exp(-(A_ij + D_ij) / c))

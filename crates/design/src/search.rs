@@ -82,19 +82,19 @@ pub fn design(request: &Request<'_>) -> Result<Vec<Run>, DesignError> {
     let count = request.explanations.len();
     let sufficient = sufficient_mean(request.odds.ln());
     let mut explanations = request.explanations.to_vec();
-    let mut heard = noise_free(request, sufficient);
+    let mut sequences = noise_free_sequences(request, sufficient);
     let mut runs = Vec::new();
     while runs.len() < request.budget.max(1) {
         let study = study(&explanations, request, sufficient);
-        let best = best_of(&study, &heard, request.seed, runs.len() as u64)
+        let best = best_of(&study, &sequences, request.seed, runs.len() as u64)
             .ok_or_else(|| no_design(request.limits))?;
-        let best = within_limits(&study, &heard, best, request)?;
+        let best = within_limits(&study, &sequences, best, request)?;
         explanations.clone_from(&best.after);
         if count > 1 {
-            heard = heard.with_run(&best.experiment)?;
+            sequences = sequences.with_run(&best.experiment)?;
         }
         runs.push(run_of(best));
-        let planned = means(&heard.log_odds());
+        let planned = means(&sequences.log_odds());
         let is_separated = |i: usize, j: usize| i == j || planned[i][j] >= sufficient;
         if count > 1 && (0..count).all(|i| (0..count).all(|j| is_separated(i, j))) {
             break;
@@ -104,7 +104,7 @@ pub fn design(request: &Request<'_>) -> Result<Vec<Run>, DesignError> {
 }
 
 /// Recordings without noise of drawn truths, before any planned run.
-fn noise_free<'a>(request: &Request<'a>, sufficient: f64) -> NoiseFree<'a> {
+fn noise_free_sequences<'a>(request: &Request<'a>, sufficient: f64) -> NoiseFree<'a> {
     let draws = study(request.explanations, request, sufficient).draws;
     NoiseFree::new(request.explanations, request.evidence, &draws)
 }
@@ -124,8 +124,8 @@ pub fn random_run(request: &Request<'_>, number: u64) -> Result<Run, DesignError
     for attempt in 0..CANDIDATES {
         let mut rng = random_stream(request.seed, "random design", number * CANDIDATES + attempt);
         let Some(scored) = study.score(&Candidate::random(request.limits, &mut rng)) else { continue };
-        let heard = noise_free(request, study.sufficient);
-        return Ok(run_of(within_limits(&study, &heard, scored, request)?));
+        let sequences = noise_free_sequences(request, study.sufficient);
+        return Ok(run_of(within_limits(&study, &sequences, scored, request)?));
     }
     Err(no_design(request.limits))
 }
@@ -134,15 +134,15 @@ pub fn random_run(request: &Request<'_>, number: u64) -> Result<Run, DesignError
 /// simulated.
 pub fn choose(request: &Request<'_>, pool: &[Experiment]) -> Option<usize> {
     let study = study(request.explanations, request, sufficient_mean(request.odds.ln()));
-    let heard = noise_free(request, study.sufficient);
-    let planned = means(&heard.log_odds());
+    let sequences = noise_free_sequences(request, study.sufficient);
+    let planned = means(&sequences.log_odds());
     let scored = |(index, experiment): (usize, &Experiment)| {
         let scored = study.score_experiment(experiment)?;
         Some((study.value(&scored, &planned), (index, scored)))
     };
     let all = largest(pool.par_iter().enumerate().filter_map(scored).collect(), FULLY_SCORED);
     let full = |(linear, (index, scored)): (f64, (usize, Scored))| {
-        let value = full_score(&study, &heard, scored).map_or(linear, |(value, _)| value);
+        let value = full_score(&study, &sequences, scored).map_or(linear, |(value, _)| value);
         (value, index)
     };
     let all: Vec<(f64, usize)> = all.into_par_iter().map(full).collect();
@@ -197,29 +197,29 @@ fn study<'a>(explanations: &'a [Explanation], request: &Request<'a>, sufficient:
 /// The best of random candidates after refinement; `None` if no candidate is within the limits.
 ///
 /// All candidates are scored with linear refits of the rivals, the best of them with full refits.
-fn best_of(study: &Study<'_>, heard: &NoiseFree<'_>, seed: u64, run: u64) -> Option<Scored> {
-    let planned = means(&heard.log_odds());
+fn best_of(study: &Study<'_>, sequences: &NoiseFree<'_>, seed: u64, run: u64) -> Option<Scored> {
+    let planned = means(&sequences.log_odds());
     let scored = |k: u64| {
         let mut rng = random_stream(seed, "design", run * CANDIDATES + k);
         let scored = study.score(&Candidate::random(study.limits, &mut rng))?;
         Some((study.value(&scored, &planned), scored))
     };
     let all = largest((0..CANDIDATES).into_par_iter().filter_map(scored).collect(), FULLY_SCORED);
-    let full = |(_, scored): (f64, Scored)| full_score(study, heard, scored);
+    let full = |(_, scored): (f64, Scored)| full_score(study, sequences, scored);
     let best = largest(all.into_par_iter().filter_map(full).collect(), REFINED);
     let refined: Vec<(f64, Scored)> =
-        best.into_par_iter().map(|start| refine(study, heard, start)).collect();
+        best.into_par_iter().map(|start| refine(study, sequences, start)).collect();
     refined.into_iter().reduce(|a, b| if b.0 > a.0 { b } else { a }).map(|(_, best)| best)
 }
 
 /// A candidate with full refits instead of formula (1), and its value; `None` if a refit fails.
 ///
 /// A single explanation has no rivals to refit.
-fn full_score(study: &Study<'_>, heard: &NoiseFree<'_>, scored: Scored) -> Option<(f64, Scored)> {
-    let before = heard.log_odds();
+fn full_score(study: &Study<'_>, sequences: &NoiseFree<'_>, scored: Scored) -> Option<(f64, Scored)> {
+    let before = sequences.log_odds();
     let mut scored = scored;
     if study.explanations.len() > 1 {
-        scored.log_odds = heard.with_run(&scored.experiment).ok()?.log_odds();
+        scored.log_odds = sequences.with_run(&scored.experiment).ok()?.log_odds();
         let all = scored.log_odds.iter_mut().flatten().flatten();
         all.zip(before.iter().flatten().flatten()).for_each(|(odds, before)| *odds -= before);
     }
@@ -227,14 +227,14 @@ fn full_score(study: &Study<'_>, heard: &NoiseFree<'_>, scored: Scored) -> Optio
 }
 
 /// Improves a candidate coordinate by coordinate.
-fn refine(study: &Study<'_>, heard: &NoiseFree<'_>, mut best: (f64, Scored)) -> (f64, Scored) {
+fn refine(study: &Study<'_>, sequences: &NoiseFree<'_>, mut best: (f64, Scored)) -> (f64, Scored) {
     for place in 0..best.1.candidate.clone().coordinates().len() {
         for change in [STEP, -STEP] {
             let mut candidate = best.1.candidate.clone();
             if !candidate.move_coordinate(place, change) {
                 continue;
             }
-            let better = study.score(&candidate).and_then(|scored| full_score(study, heard, scored));
+            let better = study.score(&candidate).and_then(|scored| full_score(study, sequences, scored));
             if let Some(better) = better.filter(|b| b.0 > best.0) {
                 best = better;
                 break;
@@ -249,7 +249,7 @@ fn refine(study: &Study<'_>, heard: &NoiseFree<'_>, mut best: (f64, Scored)) -> 
 /// The draws include both ends of each parameter's 95 % interval, and process noise.
 fn within_limits(
     study: &Study<'_>,
-    heard: &NoiseFree<'_>,
+    sequences: &NoiseFree<'_>,
     chosen: Scored,
     request: &Request<'_>,
 ) -> Result<Scored, DesignError> {
@@ -264,7 +264,7 @@ fn within_limits(
             None => {
                 let rescored = study.score_at(&chosen.candidate, scale, limited_by.or(chosen.limited_by));
                 let scored = rescored.ok_or_else(|| no_design(study.limits))?;
-                return Ok(full_score(study, heard, scored.clone()).map_or(scored, |(_, scored)| scored));
+                return Ok(full_score(study, sequences, scored.clone()).map_or(scored, |(_, scored)| scored));
             }
             Some(limit) => limited_by = Some(limit),
         }

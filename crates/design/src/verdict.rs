@@ -7,12 +7,11 @@
 //! (1)  E_j = sum over i ≠ j of v_i p_i / q_j,    v_i = w_i / sum over k ≠ j of w_k
 //! ```
 //!
-//! is at most a nonnegative martingale of mean 1 over the runs if explanation j is true, at every value of its parameters: q_j is
-//! at least the likelihood of j, and each p_i is a density of the recordings that was fixed before they were seen (universal
-//! inference: Wasserman, Ramdas and Balakrishnan 2020). By Ville's inequality (1939) the probability that E_j ever
+//! is at most a nonnegative martingale of mean 1 over the runs if explanation j is true, at every value of its parameters, by
+//! formula (4) of `evidence.rs` (universal inference: Wasserman, Ramdas and Balakrishnan 2020). By Ville's inequality (1939) the probability that E_j ever
 //! reaches c is at most 1 / c, at whatever run one stops and whatever was seen before (Robbins 1970; e-values and optional
 //! stopping: Grünwald, de Heide and Koolen 2024; Ramdas, Grünwald, Vovk and Shafer 2023). Explanation j is rejected once
-//! E_j has reached the required odds. An e-value of an earlier judgement multiplies E_j: the product is an e-value.
+//! E_j has reached the required odds.
 //!
 //! Where even the best explanation has larger prediction errors than its noise, all log densities are divided by the
 //! dispersion φ > 1 of its standardised errors (quasi-likelihood: McCullagh 1983). A power E^(1/φ) of an e-value is

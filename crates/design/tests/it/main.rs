@@ -2,6 +2,7 @@
 
 mod designed;
 mod evidence;
+mod validity;
 
 use augsim_design::{Explanation, Noise, SensorNoise};
 use augsim_equations::{EquationSystem, model};

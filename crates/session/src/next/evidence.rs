@@ -56,3 +56,34 @@ pub(super) fn live_evidence(
     };
     Ok(evidence_of(state, tuning)?.into_iter().zip(&state.explanations).filter_map(live).unzip())
 }
+
+#[cfg(test)]
+mod tests {
+    //! Contract: tests of the explanations use all earlier recordings of up to 20,000 samples, and evenly chosen ones of more.
+    use super::*;
+
+    fn recordings(count: usize, samples: usize) -> Vec<Record> {
+        let record = |k: usize| Record {
+            id: k.to_string(),
+            times: (0..samples).map(|i| i as f64).collect(),
+            values: vec![vec![0.0; samples]],
+            ..Record::default()
+        };
+        (0..count).map(record).collect()
+    }
+
+    #[test]
+    fn tests_use_up_to_twenty_thousand_samples() {
+        let size = |count, samples| {
+            let tested = tested_records(&recordings(count, samples));
+            assert!(tested.iter().all(|r| r.values[0].len() == r.times.len()));
+            (tested.len(), tested.first().map_or(0, |r| r.times.len()))
+        };
+        assert_eq!(size(20, 1000), (20, 1000));
+        assert_eq!(size(40, 1000), (20, 1000));
+        // Two recordings are two halves; the first samples of each are used.
+        assert_eq!(size(2, 30_000), (2, 10_000));
+        assert_eq!(size(0, 0), (0, 0));
+        assert_eq!(tested_records(&recordings(40, 1000))[1].id, "2");
+    }
+}
