@@ -155,8 +155,11 @@ impl Explanation {
         let (parameters, starts) = (self.uncertain.len(), start.unknown());
         let count = targets + parameters + starts.len();
         let readings = out.samples() * self.outputs;
-        let mut columns =
-            Columns { readings: Vec::with_capacity(readings), values: Vec::with_capacity(readings * count), count };
+        let mut columns = Columns {
+            readings: Vec::with_capacity(readings),
+            values: Vec::with_capacity(readings * count),
+            count,
+        };
         let by_coordinate = self.uncertain.iter().map(|index| self.slope_of_value(*index, values[*index]));
         let scales: Vec<f64> = by_coordinate.chain(starts.iter().map(|(_, sd)| *sd)).collect();
         let mut slopes = Vec::with_capacity(scales.len());

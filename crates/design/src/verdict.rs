@@ -111,13 +111,7 @@ mod tests {
 
     /// Explanations without free parameters: density and maximised likelihood are the same.
     fn tally(log_density: f64, squares: f64) -> Tally {
-        Tally {
-            log_weight: 0.0,
-            log_density,
-            log_maximum: log_density,
-            squares,
-            count: 100,
-        }
+        Tally { log_weight: 0.0, log_density, log_maximum: log_density, squares, count: 100 }
     }
 
     #[test]

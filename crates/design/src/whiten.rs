@@ -52,7 +52,8 @@ pub(crate) fn whiten(
     columns: &mut Columns,
     intervals: &[Interval],
 ) -> Vec<f64> {
-    let has_white_noise_only = intervals.is_empty() && noise.sensors.iter().all(|s| s.autocorrelated_sd <= 0.0);
+    let has_white_noise_only =
+        intervals.is_empty() && noise.sensors.iter().all(|s| s.autocorrelated_sd <= 0.0);
     if has_white_noise_only {
         return whiten_white(noise, columns);
     }

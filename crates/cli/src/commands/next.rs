@@ -4,7 +4,8 @@ use super::note_reading;
 use crate::args::{Listen, Next};
 use augsim_session::DataFrom;
 use augsim_session::next::{
-    Known, ListenRequest, PlanOptions, State, listen, listen_page, listen_text, plan_page, plan_text, recordings,
+    Known, ListenRequest, PlanOptions, State, listen, listen_page, listen_text, plan_page, plan_text,
+    recordings,
 };
 use augsim_terminal::Outcome;
 use augsim_terminal::destination::{REPORT, Results};

@@ -4,7 +4,8 @@
 use super::{explanation, white};
 use augsim_data::random_stream;
 use augsim_design::{
-    Evidence, Explanation, InputLimits, Limits, Request, design, draw_values, nominal_run, promise, random_run,
+    Evidence, Explanation, InputLimits, Limits, Request, design, draw_values, nominal_run, promise,
+    random_run,
 };
 use std::collections::BTreeMap;
 

@@ -33,10 +33,8 @@ fn run(inputs: [f64; 2], rng: &mut impl rand::Rng) -> Record {
 fn the_e_value_against_the_truth_has_a_mean_of_at_most_one() {
     const DATA_SETS: u64 = 300;
     let free = explanation("free", GAINS, &[0.3, 0.3], white(0.1));
-    let known = Explanation {
-        values: TRUE_GAINS.to_vec(),
-        ..explanation("known", GAINS, &[1e-6, 1e-6], white(0.1))
-    };
+    let known =
+        Explanation { values: TRUE_GAINS.to_vec(), ..explanation("known", GAINS, &[1e-6, 1e-6], white(0.1)) };
     let e_value = |k: u64| -> f64 {
         let mut rng = random_stream(11, "validity", k);
         let earlier: Vec<Record> = (0..4).map(|_| run([1.0, 1.0], &mut rng)).collect();

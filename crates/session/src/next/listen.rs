@@ -45,7 +45,9 @@ pub fn listen(request: &ListenRequest<'_>) -> anyhow::Result<State> {
         });
         apply(&mut state, &tallies, &judgement);
     }
-    for ((source, one), explained) in state.planned_sources()?.into_iter().zip(&evidence).zip(&mut state.explanations) {
+    for ((source, one), explained) in
+        state.planned_sources()?.into_iter().zip(&evidence).zip(&mut state.explanations)
+    {
         let mut model = source.model;
         write_back(&mut model, &one.updated());
         explained.model_toml = model.to_toml()?;

@@ -25,7 +25,8 @@ pub fn plan_page(planned: &Planned, seed: u64) -> Page {
         for (output, (name, unit)) in outputs.iter().enumerate() {
             let mut line =
                 Line::new(&format!("predicted {name}"), Axis::linear("time", "s"), Axis::linear(name, unit));
-            for (k, (name, paths)) in state.live_names().into_iter().zip(&planned.predictions[run]).enumerate()
+            for (k, (name, paths)) in
+                state.live_names().into_iter().zip(&planned.predictions[run]).enumerate()
             {
                 line = line.with(Series::line(
                     name,

@@ -8,8 +8,8 @@ use super::text::{note_on_starts, plan_sentence, why_not};
 use crate::equations::unit_text;
 use augsim_data::random_stream;
 use augsim_design::{
-    Candidate, Evidence, Experiment, Explanation, Limits, Promise, Request, Run, after_recordings, design, nominal_run,
-    promise, weights,
+    Candidate, Evidence, Experiment, Explanation, Limits, Promise, Request, Run, after_recordings, design,
+    nominal_run, promise, weights,
 };
 use augsim_equations::Model;
 use augsim_system::Record;
@@ -105,8 +105,8 @@ pub fn plan(request: &PlanRequest<'_>) -> anyhow::Result<Planned> {
     let runs =
         design(&Request { explanations: &explanations, evidence: &evidence, limits, budget, odds, seed })?;
     let experiments: Vec<&Experiment> = runs.iter().map(|r| &r.experiment).collect();
-    let promised = (explanations.len() > 1)
-        .then(|| promise(&evidence, &experiments, budget, odds, sequences, seed));
+    let promised =
+        (explanations.len() > 1).then(|| promise(&evidence, &experiments, budget, odds, sequences, seed));
     state.odds = odds;
     state.plan = runs.iter().enumerate().map(|(k, run)| planned_run(k, run, &explanations)).collect();
     state.promise = promised.as_ref().map(|p| {
@@ -250,11 +250,7 @@ fn csv(run: &Run, limits: &Limits) -> String {
 ///
 /// # Errors
 /// As [`plan`].
-pub fn evidence(
-    sources: &[Source],
-    records: &[Record],
-    tuning: &[Record],
-) -> anyhow::Result<Vec<Evidence>> {
+pub fn evidence(sources: &[Source], records: &[Record], tuning: &[Record]) -> anyhow::Result<Vec<Evidence>> {
     let blank = |r: &Record| {
         let mut blank = r.clone();
         blank.values.iter_mut().flatten().for_each(|v| *v = f64::NAN);

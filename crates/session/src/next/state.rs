@@ -149,8 +149,9 @@ impl Recording {
 
     /// The record of these samples.
     pub(super) fn record(&self) -> Record {
-        let values =
-            |column: &Vec<Option<f64>>| -> Vec<f64> { column.iter().map(|v| v.unwrap_or(f64::NAN)).collect() };
+        let values = |column: &Vec<Option<f64>>| -> Vec<f64> {
+            column.iter().map(|v| v.unwrap_or(f64::NAN)).collect()
+        };
         let stream = |(times, values): &(Vec<f64>, Vec<f64>)| Stream {
             times: times.clone(),
             values: vec![values.clone()],
@@ -263,8 +264,7 @@ impl State {
 
     /// The explanations that are not rejected, with their weights after all data.
     pub(super) fn live_sources(&self) -> anyhow::Result<Vec<Source>> {
-        let source =
-            |e: &Explained| e.source(&e.model_toml, e.log_weight + e.log_density / self.dispersion);
+        let source = |e: &Explained| e.source(&e.model_toml, e.log_weight + e.log_density / self.dispersion);
         self.explanations.iter().filter(|e| !e.rejected).map(source).collect()
     }
 
