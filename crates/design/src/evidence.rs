@@ -10,10 +10,12 @@
 //! (3)  ln q = max over ξ of { ln Π L_r(ξ) - 1/4 |ξ|² } + k/2 ln 2             without earlier recordings, k parameters
 //! ```
 //!
-//! B is the normal distribution that is as wide as the bounds of the parameters: earlier data whose parameters lie on a curve, or at a
+//! B is the normal distribution that is as wide as the bounds of the parameters, or as 100 standard errors of the fit: earlier data whose parameters lie on a curve, or at a
 //! bound, may leave N(0, I) far from the truth, and the second part of (1) is then the larger one. The integrals are Laplace's
 //! approximation ln Π L_r(ξ̂) - 1/2 |ξ̂|² - 1/2 ln |I + Σ A_r| at the most probable ξ̂ of all recordings together (Tierney and
-//! Kadane 1986). Without earlier recordings N(0, I) is the declared distribution, and p is the first integral alone. In (2) the earlier recordings are divided into two halves, and each takes both parts: L_h is the likelihood of half h, and p_h its
+//! Kadane 1986). Without earlier recordings N(0, I) is the declared distribution, and p is the first integral alone.
+//!
+//! In (2) the earlier recordings are divided into two halves, and each takes both parts: L_h is the likelihood of half h, and p_h its
 //! density (1) with the distribution that the other half leaves. A contradiction to half of the earlier data thus counts in q.
 //!
 //! The ratio p_i / q_j tests explanation j at every value of its parameters by universal inference (Wasserman, Ramdas and

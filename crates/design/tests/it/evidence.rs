@@ -118,7 +118,6 @@ fn an_estimated_initial_state_costs_the_first_samples_only() {
 
 #[test]
 fn half_of_the_earlier_recordings_counts_in_the_maximised_likelihood() {
-    // The prior of the gain is that of its bounds: mean 2, sd 30.02.
     let (t, e) = (times(), explanation("gain", GAIN, &[0.5], white(0.1)));
     let gains = [2.0, 2.4, 2.1, 2.2];
     let earlier: Vec<Vec<f64>> = gains.iter().map(|gain| readings(&t, *gain)).collect();
@@ -132,12 +131,19 @@ fn half_of_the_earlier_recordings_counts_in_the_maximised_likelihood() {
         let mean: Vec<f64> = t.iter().map(|t| gain * t).collect();
         log_density(y, &mean, &covariance(&t, 0.0, 0.1))
     };
+    // The bounds are wider than 100 standard errors of the fit, which then are the standard deviation of the prior.
+    let (fit, sd) = (after.values[0], 100.0 * after.standard_deviations()[0]);
     let joint = |parts: &[&Vec<f64>]| {
         let (s, y) = (t.repeat(parts.len()), parts.iter().copied().flatten().copied().collect::<Vec<_>>());
-        log_density_of_gain(&s, &y, 104.0 / 12.0_f64.sqrt())
+        let mean: Vec<f64> = s.iter().map(|s| fit * s).collect();
+        log_density(&y, &mean, &covariance(&s, sd, 0.1))
+    };
+    // Nine tenths have the distribution that the others leave, one tenth the wide one.
+    let mixture = |of: &[&Vec<f64>], given: &[&Vec<f64>]| {
+        (0.9 * (joint(&[given, of].concat()) - joint(given)).exp() + 0.1 * joint(of).exp()).ln()
     };
     let ratio = |half: [&Vec<f64>; 2], other: [&Vec<f64>; 2]| {
-        let mixture = joint(&[other[0], other[1], half[0], half[1]]) - joint(&other);
+        let mixture = mixture(&half, &other);
         let likelihood = |k: i32| {
             let gain = 1.5 + 5e-4 * f64::from(k);
             log_likelihood(gain, half[0]) + log_likelihood(gain, half[1]) + log_likelihood(gain, &new)
@@ -149,8 +155,7 @@ fn half_of_the_earlier_recordings_counts_in_the_maximised_likelihood() {
     // The steps end 0.01 from the largest value of twice the log likelihood.
     assert!((heard.log_maximum() - expected).abs() < 5e-3, "{} {expected}", heard.log_maximum());
     // All four earlier recordings take part in the density.
-    let all: Vec<&Vec<f64>> = earlier.iter().chain([&new]).collect();
-    let density = joint(&all) - joint(&all[..4]);
+    let density = mixture(&[&new], &earlier.iter().collect::<Vec<_>>());
     assert!((heard.log_density() - density).abs() < 1e-6, "{} {density}", heard.log_density());
 }
 
@@ -184,4 +189,18 @@ fn the_maximised_likelihood_keeps_half_of_what_earlier_data_say() {
     let expected =
         (0..4000).map(|k| log_likelihood(1.0 + 5e-4 * f64::from(k))).fold(f64::NEG_INFINITY, f64::max);
     assert!((heard.log_maximum() - expected).abs() < 1e-4, "{} {expected}", heard.log_maximum());
+}
+
+#[test]
+fn a_truth_outside_what_earlier_data_say_keeps_a_tenth_of_the_wide_density() {
+    // Earlier data say 2.0 ± 0.01; the recording says 3. The bounds are wider than 100 standard errors: the wide one is 2 ± 1.
+    let (t, e) = (times(), explanation("gain", GAIN, &[0.01], white(0.1)));
+    let input = vec![1.0; t.len()];
+    let earlier = [2.0, 2.0].map(|gain| recording(&t, &input, &readings(&t, gain)));
+    let mut heard = Evidence::after(&e, &earlier).unwrap();
+    let new = readings(&t, 3.0);
+    heard.add(&recording(&t, &input, &new)).unwrap();
+    let expected = log_density_of_gain(&t, &new, 1.0) + 0.1_f64.ln();
+    assert!((heard.log_density() - expected).abs() < 1e-3, "{} {expected}", heard.log_density());
+    assert!((heard.updated().values[0] - 3.0).abs() < 0.1, "{:?}", heard.updated().values);
 }
