@@ -21,12 +21,13 @@ pub struct Plan {
 
 /// Designs the runs that separate explanations, and promises their odds.
 #[pyfunction]
-#[pyo3(signature = (explanations, data, *, limits, budget, odds, sequences, seed, progress))]
+#[pyo3(signature = (explanations, data, *, is_fitted_to_data, limits, budget, odds, sequences, seed, progress))]
 #[expect(clippy::too_many_arguments, reason = "all but two are keywords of Python")]
 pub fn next(
     py: Python<'_>,
     explanations: Vec<PathBuf>,
     data: Option<&Source>,
+    is_fitted_to_data: bool,
     limits: Option<PathBuf>,
     budget: u16,
     odds: f64,
@@ -37,7 +38,7 @@ pub fn next(
     let data = data.map(|source| source.from.clone());
     background::run(py, progress.as_ref(), move |line| {
         let mut known = Known::open(&explanations, data.is_some())?;
-        data.into_iter().try_for_each(|data| known.read(data))?;
+        data.into_iter().try_for_each(|data| known.read(data, !is_fitted_to_data))?;
         line.step("designing the runs and simulating their odds".to_owned(), None);
         line.end_if_stopped();
         let options =

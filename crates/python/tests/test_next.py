@@ -48,7 +48,7 @@ def cart(times, force, seed):
 @pytest.fixture(scope="module")
 def recordings():
     times = np.arange(61) * 0.02
-    return [cart(times, np.full(61, 0.5 + 0.02 * (i % 3)), i) for i in range(10)]
+    return [cart(times, np.full(61, 0.5 + 0.02 * (i % 3)), 100 + i) for i in range(10)]
 
 
 @pytest.fixture(scope="module")

@@ -66,10 +66,6 @@ struct Counts {
     random_runs: usize,
     unfinished: [usize; 2],
     false_verdicts: [usize; 2],
-    /// The same by the ratio of the mixture densities alone, which the rule is compared with.
-    mixture_runs: [usize; 2],
-    mixture_false: [usize; 2],
-    mixture_unfinished: [usize; 2],
     promised: usize,
     kept: usize,
     none_fits: usize,
@@ -84,9 +80,9 @@ fn main() -> Result<()> {
     let mut out = std::io::stdout();
     writeln!(
         out,
-        "| pair | runs, design | runs, random | ratio | promised runs | promise kept | false, design | false, random | unfinished | none fits | failed | log odds of the first run: expected, designed, random, nats | ratio of mixture densities alone: runs, false, unfinished (designed, random) |"
+        "| pair | runs, design | runs, random | ratio | promised runs | promise kept | false, design | false, random | unfinished | none fits | failed | log odds of the first run: expected, designed, random, nats |"
     )?;
-    writeln!(out, "|---|---|---|---|---|---|---|---|---|---|---|---|---|")?;
+    writeln!(out, "|---|---|---|---|---|---|---|---|---|---|---|---|")?;
     let mut total = Counts::default();
     for (index, pair) in PAIRS.iter().enumerate().filter(|(_, pair)| pair.name.contains(&options.only)) {
         let run = |replicate: u64| {
@@ -116,9 +112,6 @@ fn add(sum: &mut Counts, other: &Counts) {
     for k in 0..2 {
         sum.unfinished[k] += other.unfinished[k];
         sum.false_verdicts[k] += other.false_verdicts[k];
-        sum.mixture_runs[k] += other.mixture_runs[k];
-        sum.mixture_false[k] += other.mixture_false[k];
-        sum.mixture_unfinished[k] += other.mixture_unfinished[k];
     }
     sum.promised += other.promised;
     sum.kept += other.kept;
@@ -136,7 +129,7 @@ fn print_row(out: &mut impl Write, name: &str, c: &Counts) -> Result<()> {
     promised.sort_unstable();
     writeln!(
         out,
-        "| {name} | {:.2} | {:.2} | {:.2} | {promised:?} | {} of {} ({:.1} %) | {} | {} | {:?} | {} | {} | {:.1?} | {:.2?} {:?} {:?} |",
+        "| {name} | {:.2} | {:.2} | {:.2} | {promised:?} | {} of {} ({:.1} %) | {} | {} | {:?} | {} | {} | {:.1?} |",
         c.designed_runs as f64 / n,
         c.random_runs as f64 / n,
         c.designed_runs as f64 / c.random_runs.max(1) as f64,
@@ -148,10 +141,7 @@ fn print_row(out: &mut impl Write, name: &str, c: &Counts) -> Result<()> {
         c.unfinished,
         c.none_fits,
         c.failed,
-        c.first_run.map(|sum| sum / n),
-        c.mixture_runs.map(|sum| sum as f64 / n),
-        c.mixture_false,
-        c.mixture_unfinished
+        c.first_run.map(|sum| sum / n)
     )?;
     out.flush()?;
     Ok(())
@@ -275,9 +265,6 @@ fn replicate_of(pair: &Pair, seed: u64, replicate: u64, sequences: u64) -> Resul
         counts.sequences += 1;
         for (arm, path) in [&path, &by_chance].into_iter().enumerate() {
             counts.false_verdicts[arm] += usize::from(path.verdict.is_some_and(|v| v != which));
-            counts.mixture_runs[arm] += path.mixture.0;
-            counts.mixture_false[arm] += usize::from(path.mixture.1.is_some_and(|v| v != which));
-            counts.mixture_unfinished[arm] += usize::from(path.mixture.1.is_none());
             counts.unfinished[arm] += usize::from(path.verdict.is_none());
             counts.none_fits += usize::from(path.has_none_fitting);
         }
@@ -300,8 +287,6 @@ struct Path {
     runs: usize,
     verdict: Option<usize>,
     has_none_fitting: bool,
-    /// The same by the ratio of the mixture densities.
-    mixture: (usize, Option<usize>),
     /// Log odds for each explanation after each run, `[explanation][run]`.
     log_odds: [Vec<f64>; 2],
 }
@@ -318,7 +303,6 @@ fn sequence(
         runs: MAX_RUNS,
         verdict: None,
         has_none_fitting: false,
-        mixture: (MAX_RUNS, None),
         log_odds: [Vec::new(), Vec::new()],
     };
     let mut rejected = vec![false; live.len()];
@@ -329,10 +313,6 @@ fn sequence(
             one.add(&record)?;
         }
         let tallies: Vec<Tally> = evidence.iter().map(Evidence::tally).collect();
-        let ratio = tallies[0].log_density - tallies[1].log_density;
-        if path.mixture.1.is_none() && ratio.abs() > 1000.0_f64.ln() {
-            path.mixture = (k + 1, Some(usize::from(ratio < 0.0)));
-        }
         let judgement = judge(&tallies, &rejected, 1000.0);
         path.log_odds[0].push(judgement.log_e_values[1]);
         path.log_odds[1].push(judgement.log_e_values[0]);

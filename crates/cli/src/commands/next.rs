@@ -43,7 +43,7 @@ pub fn next(args: &Next, seed: u64, force: bool, output: &Output) -> anyhow::Res
     if !paths.is_empty() {
         let from = args.time.of_all(&paths);
         note_reading(&from, known.model(), output)?;
-        known.read(from)?;
+        known.read(from, !args.data.is_empty())?;
     }
     let steps = Steps::new(output);
     steps.show_step("designing the runs and simulating their odds".to_owned());

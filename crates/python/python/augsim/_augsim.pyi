@@ -131,6 +131,7 @@ def next(
     explanations: list[Path],
     data: Source | None,
     *,
+    is_fitted_to_data: bool,
     limits: Path | None,
     budget: int,
     odds: float,

@@ -152,7 +152,7 @@ class Discovery:
         """
         from ._next import next as design
 
-        return design(self, data, **options)
+        return design(self, data, is_fitted_to_data=True, **options)
 
     def summary(self) -> Any:
         """The parameters of the established effects as a pandas frame with a row each, or as a dict of lists without pandas."""

@@ -124,12 +124,14 @@ def next(
     odds: float = 1000.0,
     sequences: int = 200,
     seed: int = 1,
+    is_fitted_to_data: bool = False,
     progress: bool | _progress.Progress = True,
 ) -> Plan:
     """Designs the runs that separate explanations of the data, and promises their odds, as ``augsim next`` does.
 
     ``explanations`` is a :class:`Discovery`, a :class:`Plan`, a folder of a discovery, fit or plan, a fitted model file, or a list of these. ``data``
-    are the recordings so far, any argument of :func:`read`; by default the parameters are distributed as the models say.
+    are the recordings so far, any argument of :func:`read`, from which the parameters are estimated again, unless
+    ``is_fitted_to_data`` says that the models were fitted to them; without data the parameters are distributed as the models say.
     ``limits`` is a file of limits or a dict with its tables: ``duration_s``, ``sample_s`` (s), ``inputs``, ``ranges``, ``starts`` (in the units
     of their names). ``budget`` is the largest number of runs, ``odds`` the required odds to 1 against every other explanation,
     ``sequences`` the number of simulated sequences for each explanation, from which the odds are promised.
@@ -155,6 +157,7 @@ def next(
             planned = _augsim.next(
                 folders,
                 None if data is None else source(data),
+                is_fitted_to_data=is_fitted_to_data,
                 limits=_limits(limits, Path(scratch)),
                 odds=float(odds),
                 progress=reporter,

@@ -18,6 +18,7 @@ pub struct Known {
     /// Plan to go on with.
     continued: Option<State>,
     records: Vec<Record>,
+    is_estimated_again: bool,
 }
 
 impl Known {
@@ -35,8 +36,14 @@ impl Known {
                 sources: state.planned_sources()?,
                 records: [state.earlier_records(), state.heard_records()].concat(),
                 continued: Some(state),
+                is_estimated_again: false,
             },
-            None => Self { sources: sources(explanations)?, continued: None, records: Vec::new() },
+            None => Self {
+                sources: sources(explanations)?,
+                continued: None,
+                records: Vec::new(),
+                is_estimated_again: false,
+            },
         })
     }
 
@@ -52,10 +59,14 @@ impl Known {
 
     /// Reads the recordings so far.
     ///
+    /// With `is_estimated_again` the parameters are estimated again from them; else they are the recordings that the models
+    /// were fitted to, and the distributions of the models stay.
+    ///
     /// # Errors
     /// The data cannot be read, or lack a column of the model.
-    pub fn read(&mut self, data: DataFrom) -> anyhow::Result<()> {
+    pub fn read(&mut self, data: DataFrom, is_estimated_again: bool) -> anyhow::Result<()> {
         self.records = recordings(data, self.model())?;
+        self.is_estimated_again = is_estimated_again;
         Ok(())
     }
 
@@ -69,6 +80,7 @@ impl Known {
             sources: &self.sources,
             limits: &limits,
             records: &self.records,
+            is_estimated_again: self.is_estimated_again,
             continued: self.continued.as_ref(),
             options,
         })

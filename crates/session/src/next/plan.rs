@@ -39,8 +39,10 @@ pub struct PlanRequest<'a> {
     pub sources: &'a [Source],
     /// Limits of a run.
     pub limits: &'a Limits,
-    /// Recordings so far, which the explanations are estimated from; may be empty.
+    /// Recordings so far; may be empty.
     pub records: &'a [Record],
+    /// Whether the parameters are estimated again from the recordings; else they are distributed as the models say.
+    pub is_estimated_again: bool,
     /// Plan to go on with, with the runs that it has heard: instead of `sources` and `records`.
     pub continued: Option<&'a State>,
     /// Size of the plan, and its seed.
@@ -144,9 +146,9 @@ fn first_state(request: &PlanRequest<'_>) -> anyhow::Result<State> {
     };
     let (mut list, mut widths) = (Vec::new(), Vec::new());
     for (explanation, chosen) in compiled(request.sources, &tuning)? {
-        list.push(match request.records {
-            [] => explanation,
-            records => after_recordings(&explanation, records)?,
+        list.push(match request.is_estimated_again {
+            false => explanation,
+            true => after_recordings(&explanation, request.records)?,
         });
         widths.push(chosen);
     }
