@@ -299,12 +299,8 @@ fn sequence(
     rng: &mut impl rand::Rng,
 ) -> Result<Path> {
     let mut evidence = live.to_vec();
-    let mut path = Path {
-        runs: MAX_RUNS,
-        verdict: None,
-        has_none_fitting: false,
-        log_odds: [Vec::new(), Vec::new()],
-    };
+    let mut path =
+        Path { runs: MAX_RUNS, verdict: None, has_none_fitting: false, log_odds: [Vec::new(), Vec::new()] };
     let mut rejected = vec![false; live.len()];
     for k in 0..MAX_RUNS {
         let experiment = next(k, &evidence)?;

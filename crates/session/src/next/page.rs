@@ -105,16 +105,20 @@ fn runs_table(state: &State) -> Table {
         let [file, signals, starts, odds] = run_row(run);
         vec![file, signals, starts, digits(run.duration_s), odds]
     });
-    table(
-        &["file", "signals", "start values", "duration, s", "expected log odds of the hardest pair"],
-        rows.collect(),
-    )
+    let caption = format!(
+        "The hardest pair are the two explanations that a run separates least. {:.1} nats are odds of {:.0} to 1.",
+        state.odds.ln(),
+        state.odds
+    );
+    let columns = ["file", "signals", "start values", "duration, s", "expected log odds of the hardest pair"];
+    Table { caption, ..table(&columns, rows.collect()) }
 }
 
 fn explanations_table(state: &State) -> Table {
     let rows = state.explanations.iter().map(|e| {
         let rejected = if e.rejected { "rejected" } else { "" };
-        vec![e.name.clone(), format!("{:.4}", e.weight), odds_text(e.log_e_value), rejected.to_owned()]
+        let odds = if state.heard.is_empty() { "no run yet".to_owned() } else { odds_text(e.log_e_value) };
+        vec![e.name.clone(), format!("{:.4}", e.weight), odds, rejected.to_owned()]
     });
     table(&["explanation", "weight", "odds against it (e-value)", ""], rows.collect())
 }
@@ -173,7 +177,8 @@ fn methods() -> Vec<Method> {
         ),
         method(
             "Universal inference",
-            "the explanation that is tested is judged at its best parameters, so that no value of them is rejected wrongly",
+            "the explanation that is tested is judged at its best parameters for the new recordings and half of the earlier ones, so that no value \
+             of them is rejected wrongly",
             "Wasserman, Ramdas and Balakrishnan, Proc. Natl. Acad. Sci. 117, 2020",
         ),
         method(
