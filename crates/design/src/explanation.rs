@@ -59,14 +59,10 @@ pub struct Explanation {
     ///
     /// The coordinate of a parameter with positive bounds is its logarithm, else the parameter.
     pub factor: Vec<Vec<f64>>,
-    /// Whether earlier data leave the coordinates about normal; only then do they count in a test of the explanation.
-    pub is_normal: bool,
     /// Noise of the outputs and of the states.
     pub noise: Noise,
     /// Logarithm of the prior weight, up to a constant common to all explanations.
     pub log_weight: f64,
-    /// Logarithm of the e-value against the explanation from earlier judgements, nats; 0 without any.
-    pub log_e_value: f64,
 }
 
 impl fmt::Debug for Explanation {

@@ -17,7 +17,7 @@ use crate::projection::inverse_with_prior;
 use crate::reduced::Reduced;
 use crate::whiten::whiten;
 use augsim_linear::PositiveInverse;
-use augsim_system::{Record, shortest_difference};
+use augsim_system::{Offsets, Record, Simulated, Task, shortest_difference};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -42,6 +42,9 @@ pub(crate) struct Joint {
     cost: f64,
     sums: Sums,
 }
+
+/// A prepared recording with the prior and the coordinates of its initial state.
+type Opened = (Arc<(Record, Start)>, Vec<f64>);
 
 /// A recording with its initial state, linearised at the current point.
 #[derive(Clone, Debug)]
@@ -103,14 +106,13 @@ impl Joint {
     /// # Errors
     /// A recording cannot be simulated.
     pub fn add_all(&mut self, records: &[Record]) -> Result<(), DesignError> {
-        let opened = |record: &Record| {
+        let opened = |record: &Record| -> Result<Opened, DesignError> {
             let opened = Arc::new(self.prior.opened(record, None)?);
             let u = vec![0.0; opened.1.unknown().len()];
-            let likelihood = likelihood(&self.prior, &opened, &self.xi, &u)?;
-            Ok(Run { opened, u, likelihood })
+            Ok((opened, u))
         };
-        let new: Vec<Run> = records.par_iter().map(opened).collect::<Result<_, DesignError>>()?;
-        self.runs.extend(new);
+        let new: Vec<Opened> = records.par_iter().map(opened).collect::<Result<_, DesignError>>()?;
+        self.runs.extend(linearised(&self.prior, &self.xi, new)?);
         self.sum();
         self.maximise();
         Ok(())
@@ -159,37 +161,19 @@ impl Joint {
         self.at(step, share).filter(|there| there.cost < self.cost)
     }
 
-    /// Whether the density falls about as that of a normal distribution with its curvature at the maximum.
-    ///
-    /// Two standard deviations along each column of `factor`, the factor of the covariance of the coordinates, must be
-    /// between one and four by the density.
-    pub fn is_normal(&self, factor: &[Vec<f64>]) -> bool {
-        let k = self.xi.len();
-        let is_normal = |column: usize, sign: f64| {
-            let scaled = |i: usize| match self.prior.factor[i][i] {
-                sd if sd > 0.0 => 2.0 * sign * factor[i][column] / sd,
-                _ => 0.0,
-            };
-            let step: Vec<f64> = (0..k).map(scaled).collect();
-            self.at(&step, 1.0).is_some_and(|there| (1.0..=16.0).contains(&(there.cost - self.cost)))
-        };
-        (0..k).all(|column| is_normal(column, 1.0) && is_normal(column, -1.0))
-    }
-
     /// The recordings linearised at a share of a step; `None` if they cannot be simulated there.
     fn at(&self, step: &[f64], share: f64) -> Option<Self> {
         let xi: Vec<f64> = self.xi.iter().zip(step).map(|(xi, d)| xi + share * d).collect();
-        let moved = |run: &Run| {
+        let moved = |run: &Run| -> Opened {
             let all = &run.likelihood.all;
             let state = |((u, own), row): ((&f64, &f64), &Vec<f64>)| {
                 u + share * (own - row.iter().zip(step).map(|(a, b)| a * b).sum::<f64>())
             };
             let u: Vec<f64> =
                 run.u.iter().zip(&all.state_step).zip(&all.state_by_parameter).map(state).collect();
-            let likelihood = likelihood(&self.prior, &run.opened, &xi, &u).ok()?;
-            Some(Run { opened: run.opened.clone(), u, likelihood })
+            (run.opened.clone(), u)
         };
-        let runs: Vec<Run> = self.runs.par_iter().map(moved).collect::<Option<_>>()?;
+        let runs = linearised(&self.prior, &xi, self.runs.iter().map(moved).collect()).ok()?;
         let mut there = Self { prior: self.prior.clone(), xi, runs, sums: Sums::default(), ..*self };
         there.sum();
         Some(there)
@@ -242,15 +226,15 @@ impl Joint {
         self.sums.constant - 0.5 * (self.sums.squares - gain)
     }
 
-    /// Logarithm of the largest likelihood of the recordings times exp(-a/2 |ξ|²) (1 - a)^(-k/2), nats; for weight 1.
-    pub fn log_discounted(&self, a: f64) -> f64 {
+    /// Logarithm of the largest likelihood of the recordings times 2^(k/2) exp(-1/4 |ξ|²), nats; for weight 1.
+    pub fn log_of_half_the_prior(&self) -> f64 {
         let sums = &self.sums;
         let gradient: Vec<f64> = (sums.gradient.iter().zip(&sums.first_gradient).zip(&self.xi))
-            .map(|((all, first), xi)| all - first + (1.0 - a) * xi)
+            .map(|((all, first), xi)| all - first + 0.5 * xi)
             .collect();
-        let Some((_, gain)) = newton(&sums.later_information, a, &gradient) else { return f64::NAN };
-        let cost = -0.5 * self.xi.len() as f64 * (1.0 - a).ln();
-        sums.constant - 0.5 * (sums.squares + a * self.prior_squares() - gain) + cost
+        let Some((_, gain)) = newton(&sums.later_information, 0.5, &gradient) else { return f64::NAN };
+        let factor = 0.5 * self.xi.len() as f64 * std::f64::consts::LN_2;
+        sums.constant - 0.5 * (sums.squares + 0.5 * self.prior_squares() - gain) + factor
     }
 
     /// Sum of the squares of the standardised prediction errors and parameters, and the number of errors.
@@ -271,27 +255,56 @@ impl Joint {
     }
 }
 
-/// Linearises the likelihood of a recording at the coordinates `xi` of the parameters and `u` of the initial state.
+/// Linearises recordings with their initial states at the coordinates `xi` of the parameters.
+fn linearised(e: &Explanation, xi: &[f64], opened: Vec<Opened>) -> Result<Vec<Run>, DesignError> {
+    let values = e.values_at(xi);
+    // As many recordings as are simulated in one pass; the results do not depend on it.
+    let pass = |chunk: &[Opened]| -> Result<Vec<Run>, DesignError> {
+        let starts: Vec<Vec<f64>> = chunk.iter().map(|(opened, u)| opened.1.at(u)).collect();
+        let seeds: Vec<_> = chunk.iter().map(|(opened, _)| e.seeds(&opened.1)).collect();
+        let task = |k: usize| Task {
+            parameters: &values,
+            record: &chunk[k].0.0,
+            window: 0..chunk[k].0.0.times.len(),
+            start: &starts[k],
+            offsets: Offsets::None,
+            seeds: &seeds[k],
+        };
+        let tasks: Vec<Task<'_>> = (0..chunk.len()).map(task).collect();
+        let mut out = vec![Simulated::default(); tasks.len()];
+        let results = e.system.simulate_batch(&tasks, &mut out);
+        results.into_iter().collect::<Result<Vec<()>, _>>().map_err(|cause| e.failed(cause))?;
+        let run = |((opened, u), out): (&Opened, &Simulated)| {
+            let likelihood = likelihood(e, opened, (out, &values), xi.len(), u)?;
+            Ok(Run { opened: opened.clone(), u: u.clone(), likelihood })
+        };
+        chunk.iter().zip(&out).map(run).collect()
+    };
+    let passes: Vec<Vec<Run>> =
+        opened.par_chunks(e.system.simd_batch_size().max(1)).map(pass).collect::<Result<_, _>>()?;
+    Ok(passes.into_iter().flatten().collect())
+}
+
+/// Linearises the likelihood of a recording, simulated with these parameter values and the coordinates `u` of the initial state.
 fn likelihood(
     e: &Explanation,
     (record, start): &(Record, Start),
-    xi: &[f64],
+    (out, values): (&Simulated, &[f64]),
+    parameters: usize,
     u: &[f64],
 ) -> Result<Likelihood, DesignError> {
-    let values = e.values_at(xi);
-    let out = e.simulate(record, &values, &start.at(u), &e.seeds(start))?;
     let channels = &e.system.schema().channels;
     let residual = |sample: usize, output: usize, _| {
         let measured = record.values[output].get(sample).copied().unwrap_or(f64::NAN);
         shortest_difference(measured - out.value(sample, output), channels[output].period)
     };
-    let mut columns = e.columns((&out, &values), start, 1, residual);
-    let intervals = e.intervals(record, &values, &out)?;
+    let mut columns = e.columns((out, values), start, 1, residual);
+    let intervals = e.intervals(record, values, out)?;
     let half_logs = whiten(&e.noise, &record.times, &mut columns, &intervals);
     let (rows, first_rows) = (columns.readings.len(), start_readings(e, &columns, start));
     let not_finite = || DesignError::NotFinite { name: e.name.clone(), record: record.id.clone() };
-    let all = Reduced::new(&columns, rows, xi.len(), u).ok_or_else(not_finite)?;
-    let first = Reduced::new(&columns, first_rows, xi.len(), u).ok_or_else(not_finite)?;
+    let all = Reduced::new(&columns, rows, parameters, u).ok_or_else(not_finite)?;
+    let first = Reduced::new(&columns, first_rows, parameters, u).ok_or_else(not_finite)?;
     let residuals = columns.values.chunks_exact(columns.count).map(|row| row[0] * row[0]).sum::<f64>();
     let states: f64 = u.iter().map(|u| u * u).sum();
     Ok(Likelihood {

@@ -8,6 +8,7 @@ mod explanation;
 mod joint;
 mod limits;
 mod linearise;
+mod noise_free;
 mod posterior;
 mod projection;
 mod promise;

@@ -154,7 +154,15 @@ impl Explanation {
     ) -> Columns {
         let (parameters, starts) = (self.uncertain.len(), start.unknown());
         let count = targets + parameters + starts.len();
-        let mut columns = Columns { readings: Vec::new(), values: Vec::new(), count };
+        let readings = out.samples() * self.outputs;
+        let mut columns = Columns {
+            readings: Vec::with_capacity(readings),
+            values: Vec::with_capacity(readings * count),
+            count,
+        };
+        let by_coordinate = self.uncertain.iter().map(|index| self.slope_of_value(*index, values[*index]));
+        let scales: Vec<f64> = by_coordinate.chain(starts.iter().map(|(_, sd)| *sd)).collect();
+        let mut slopes = Vec::with_capacity(scales.len());
         for sample in 0..out.samples() {
             for output in 0..self.outputs {
                 if !target(sample, output, 0).is_finite() {
@@ -162,17 +170,15 @@ impl Explanation {
                 }
                 columns.readings.push(Reading { sample, output });
                 columns.values.extend((0..targets).map(|t| target(sample, output, t)));
-                let mut slopes = out.slopes(sample, output).to_vec();
-                for (slope, index) in slopes.iter_mut().zip(&self.uncertain) {
-                    *slope *= self.slope_of_value(*index, values[*index]);
-                }
+                let by_value = out.slopes(sample, output);
+                slopes.clear();
+                slopes.extend(by_value.iter().zip(&scales).map(|(slope, scale)| slope * scale));
                 // By the coordinates of the prior: the derivatives times its factor.
+                let (by_parameter, by_start) = slopes.split_at(parameters);
                 columns.values.extend((0..parameters).map(|j| {
-                    slopes.iter().zip(&self.factor).map(|(slope, row)| slope * row[j]).sum::<f64>()
+                    by_parameter.iter().zip(&self.factor).map(|(slope, row)| slope * row[j]).sum::<f64>()
                 }));
-                columns
-                    .values
-                    .extend(slopes[parameters..].iter().zip(&starts).map(|(slope, (_, sd))| slope * sd));
+                columns.values.extend(by_start);
             }
         }
         columns

@@ -18,8 +18,7 @@ pub fn after_recordings(explanation: &Explanation, records: &[Record]) -> Result
     let (broad, start) = with_prior(explanation);
     let mut joint = Joint::new(&broad, 1.0, start);
     joint.add_all(records)?;
-    let after = joint.updated();
-    Ok(Explanation { is_normal: joint.is_normal(&after.factor), ..after })
+    Ok(joint.updated())
 }
 
 /// The explanation with a prior as wide as the bounds of each parameter, about their middle.

@@ -54,29 +54,31 @@ impl Promise {
 ///
 /// The promise is for reaching `odds`; each truth gets `sequences` sequences. Runs after the promised number are not simulated.
 pub fn promise(
-    explanations: &[Explanation],
+    live: &[Evidence],
     experiments: &[&Experiment],
     budget: usize,
     odds: f64,
     sequences: u64,
     seed: u64,
 ) -> Promise {
-    let count = explanations.len() as u64;
+    let explanations: Vec<Explanation> = live.iter().map(Evidence::updated).collect();
+    let count = live.len() as u64;
     let mut all: Vec<Sequence> = (0..count * sequences)
         .into_par_iter()
         .map(|k| {
             Sequence::new(
-                explanations,
+                live,
+                &explanations,
                 (k / sequences) as usize,
                 ((k / sequences) << 32) + k % sequences,
                 seed,
             )
         })
         .collect();
-    let mut truths = vec![TruthPromise { reached: Vec::new(), log_odds: Vec::new() }; explanations.len()];
+    let mut truths = vec![TruthPromise { reached: Vec::new(), log_odds: Vec::new() }; live.len()];
     for k in 0..budget {
         let experiment = experiments[k % experiments.len()];
-        all.par_iter_mut().for_each(|sequence| sequence.add_run(explanations, experiment));
+        all.par_iter_mut().for_each(|sequence| sequence.add_run(&explanations, experiment));
         for (truth, part) in truths.iter_mut().zip(all.chunks(sequences as usize)) {
             let mut odds_after: Vec<f64> = part.iter().map(|s| s.most).collect();
             odds_after.sort_by(f64::total_cmp);
@@ -108,10 +110,11 @@ struct Sequence {
 
 impl Sequence {
     /// Draws the parameters of the truth.
-    fn new(explanations: &[Explanation], truth: usize, index: u64, seed: u64) -> Self {
+    fn new(live: &[Evidence], explanations: &[Explanation], truth: usize, index: u64, seed: u64) -> Self {
         let mut rng = random_stream(seed, "promise", index);
         let values = draw_values(&explanations[truth], &mut rng);
-        let evidence = explanations.iter().map(Evidence::new).collect();
+        let mut evidence = live.to_vec();
+        evidence[truth] = evidence[truth].density_only();
         Self { truth, values, rng, evidence, most: f64::NEG_INFINITY, has_failed: false }
     }
 

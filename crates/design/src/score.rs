@@ -3,13 +3,14 @@
 //! For truth i with parameters drawn from its distribution, rival j, and the difference Δ of their predictions,
 //!
 //! ```text
-//! (1)  D_ij = 1/2 min over δ of |R^{-1/2} (Δ - S_j δ)|² + |δ|²
+//! (1)  D_ij = 1/2 min over δ of |R^{-1/2} (Δ - S_j δ)|² + 1/2 |δ|²
 //! ```
 //!
 //! is the expected log odds for i from one run, in nats: the part of the difference that the rival cannot absorb by other
 //! parameters and another initial state (T-optimality, Atkinson and Fedorov 1975; with prior information, Ponce de Leon and
-//! Atkinson 1991). R is the covariance of measurement and process noise. Readings of the first samples are
-//! divided out as in `evidence.rs`. The log odds of a run are about normal with mean D and variance 2 D. The score is
+//! Atkinson 1991). R is the covariance of measurement and process noise. A rival is held to half of the earlier data, as in the
+//! judgement of `evidence.rs`; readings of the first samples are divided out as there. The log odds of a run are about normal with
+//! mean D and variance 2 D. The score is
 //!
 //! ```text
 //! (2)  sum over i ≠ j of w_i w_j mean over draws of c (1 - exp(-(A_ij + D_ij) / c))
@@ -19,13 +20,12 @@
 //! required odds: a pair that is already separated counts no more. A single explanation is scored by its expected
 //! information gain, half the log of the ratio of the determinants of its covariance before and after (D-optimality).
 //!
-//! Formula (1) is linear in the rival's parameters; the best candidates are scored again with full refits of recordings without
-//! noise, `refitted`.
+//! Formula (1) is linear in the rival's parameters; the best candidates are scored again by the judgement of recordings without
+//! noise, `noise_free.rs`.
 
 use crate::candidate::{Candidate, Experiment};
 use crate::error::DesignError;
 use crate::explanation::Explanation;
-use crate::joint::Joint;
 use crate::limits::Limits;
 use crate::linearise::{Start, start_readings};
 use crate::projection::Projection;
@@ -154,34 +154,6 @@ impl Study<'_> {
         Some(scored)
     }
 
-    /// Replaces the linear refit of formula (1) by a full one: log odds of the recordings without noise.
-    ///
-    /// These include what the truth itself pays for its unknown parameters. `None` if a refit fails.
-    pub fn refitted(&self, scored: &Scored) -> Option<Scored> {
-        let mut refitted = scored.clone();
-        let record = scored.experiment.record("design");
-        for (i, (truth, draws)) in self.explanations.iter().zip(&self.draws).enumerate() {
-            let prepared = truth.prepare(&record).ok()?;
-            let rough = prepared.windows.first().map_or(&[][..], |w| &w.start);
-            let runs =
-                truth.simulate_draws(&prepared, draws, &scored.experiment.start_of(truth, rough)).ok()?;
-            refitted.log_odds[i].iter_mut().for_each(Vec::clear);
-            for run in runs {
-                let path = |o: usize| (0..run.samples()).map(|k| run.value(k, o)).collect();
-                let noise_free = Record { values: (0..truth.outputs).map(path).collect(), ..record.clone() };
-                let evidence = |e: &Explanation| {
-                    let mut joint = Joint::new(e, 1.0, vec![0.0; e.uncertain.len()]);
-                    joint.add_all(std::slice::from_ref(&noise_free)).ok().map(|()| joint.log_density())
-                };
-                let of_truth = evidence(truth)?;
-                for (j, rival) in self.explanations.iter().enumerate().filter(|(j, _)| *j != i) {
-                    refitted.log_odds[i][j].push(of_truth - evidence(rival)?);
-                }
-            }
-        }
-        Some(refitted)
-    }
-
     /// Score (2) of a candidate beside runs with the expected log odds `planned`, `[truth][rival]`.
     pub fn value(&self, scored: &Scored, planned: &[Vec<f64>]) -> f64 {
         if self.explanations.len() == 1 {
@@ -231,11 +203,18 @@ fn compare(rival: &Explanation, own: &Prepared, truths: &[&Prepared]) -> Result<
     };
     let targets = runs.len().max(1);
     let mut columns = rival.columns((&out, &rival.values), &start, targets, difference);
+    let parameters = targets..targets + rival.uncertain.len();
     let intervals = rival.intervals(&own.record, &rival.values, &out)?;
     whiten(&rival.noise, &own.record.times, &mut columns, &intervals);
     let rows = columns.readings.len();
     let first_rows = start_readings(rival, &columns, &start);
     let not_finite = || DesignError::NotFinite { name: rival.name.clone(), record: own.record.id.clone() };
+    let after = Projection::new(&columns, targets, rows).ok_or_else(not_finite)?;
+    let after = rival.after(&after.inverse, &vec![0.0; rival.uncertain.len()]);
+    // The prior |δ|² with the weight 1/2 is that of columns that are longer by the square root of 2.
+    for row in columns.values.chunks_exact_mut(columns.count) {
+        row[parameters.clone()].iter_mut().for_each(|w| *w *= std::f64::consts::SQRT_2);
+    }
     let all = Projection::new(&columns, targets, rows).ok_or_else(not_finite)?;
     let first = Projection::new(&columns, targets, first_rows).ok_or_else(not_finite)?;
     let zero = vec![0.0; columns.count - targets];
@@ -247,7 +226,6 @@ fn compare(rival: &Explanation, own: &Prepared, truths: &[&Prepared]) -> Result<
         log_odds.push(((target..target + truth.runs.len()).map(expected).collect(), raw));
         target += truth.runs.len();
     }
-    let after = rival.after(&all.inverse, &vec![0.0; rival.uncertain.len()]);
     let half_log = |e: &Explanation| {
         (0..e.factor.len()).map(|i| e.factor[i][i].max(f64::MIN_POSITIVE).ln()).sum::<f64>()
     };

@@ -3,8 +3,10 @@
 use crate::candidate::{Candidate, Experiment};
 use crate::draw::{draw_run, draw_values};
 use crate::error::DesignError;
+use crate::evidence::Evidence;
 use crate::explanation::Explanation;
 use crate::limits::Limits;
+use crate::noise_free::NoiseFree;
 use crate::score::{Scored, Study, exceeded, sufficient_mean};
 use augsim_data::random_stream;
 use rayon::prelude::*;
@@ -31,8 +33,10 @@ const INTERVAL: f64 = augsim_system::NORMAL_95;
 /// What to design for.
 #[derive(Clone, Debug)]
 pub struct Request<'a> {
-    /// The live explanations, with their weights.
+    /// The live explanations after all recordings so far, with their weights.
     pub explanations: &'a [Explanation],
+    /// Evidence of the recordings so far for each of them.
+    pub evidence: &'a [Evidence],
     /// Limits of the experiment.
     pub limits: &'a Limits,
     /// Maximum number of runs.
@@ -78,25 +82,37 @@ pub fn design(request: &Request<'_>) -> Result<Vec<Run>, DesignError> {
     let count = request.explanations.len();
     let sufficient = sufficient_mean(request.odds.ln());
     let mut explanations = request.explanations.to_vec();
-    let mut planned = vec![vec![0.0; count]; count];
+    let mut sequences = noise_free_sequences(request, sufficient);
     let mut runs = Vec::new();
     while runs.len() < request.budget.max(1) {
         let study = study(&explanations, request, sufficient);
-        let best = best_of(&study, &planned, request.seed, runs.len() as u64)
+        let best = best_of(&study, &sequences, request.seed, runs.len() as u64)
             .ok_or_else(|| no_design(request.limits))?;
-        let best = within_limits(&study, best, request)?;
+        let best = within_limits(&study, &sequences, best, request)?;
         explanations.clone_from(&best.after);
-        let run = run_of(best);
-        for (planned, odds) in planned.iter_mut().flatten().zip(run.log_odds.iter().flatten()) {
-            *planned += odds;
+        if count > 1 {
+            sequences = sequences.with_run(&best.experiment)?;
         }
-        runs.push(run);
+        runs.push(run_of(best));
+        let planned = means(&sequences.log_odds());
         let is_separated = |i: usize, j: usize| i == j || planned[i][j] >= sufficient;
         if count > 1 && (0..count).all(|i| (0..count).all(|j| is_separated(i, j))) {
             break;
         }
     }
     Ok(runs)
+}
+
+/// Recordings without noise of drawn truths, before any planned run.
+fn noise_free_sequences<'a>(request: &Request<'a>, sufficient: f64) -> NoiseFree<'a> {
+    let draws = study(request.explanations, request, sufficient).draws;
+    NoiseFree::new(request.explanations, request.evidence, &draws)
+}
+
+/// Means over the draws, `[truth][rival]`.
+fn means(log_odds: &[Vec<Vec<f64>>]) -> Vec<Vec<f64>> {
+    let mean = |draws: &Vec<f64>| draws.iter().sum::<f64>() / draws.len().max(1) as f64;
+    log_odds.iter().map(|row| row.iter().map(mean).collect()).collect()
 }
 
 /// A random experiment within the limits, by number: the choice with which a design is compared.
@@ -108,7 +124,8 @@ pub fn random_run(request: &Request<'_>, number: u64) -> Result<Run, DesignError
     for attempt in 0..CANDIDATES {
         let mut rng = random_stream(request.seed, "random design", number * CANDIDATES + attempt);
         let Some(scored) = study.score(&Candidate::random(request.limits, &mut rng)) else { continue };
-        return Ok(run_of(within_limits(&study, scored, request)?));
+        let sequences = noise_free_sequences(request, study.sufficient);
+        return Ok(run_of(within_limits(&study, &sequences, scored, request)?));
     }
     Err(no_design(request.limits))
 }
@@ -117,15 +134,15 @@ pub fn random_run(request: &Request<'_>, number: u64) -> Result<Run, DesignError
 /// simulated.
 pub fn choose(request: &Request<'_>, pool: &[Experiment]) -> Option<usize> {
     let study = study(request.explanations, request, sufficient_mean(request.odds.ln()));
-    let count = request.explanations.len();
-    let planned = vec![vec![0.0; count]; count];
+    let sequences = noise_free_sequences(request, study.sufficient);
+    let planned = means(&sequences.log_odds());
     let scored = |(index, experiment): (usize, &Experiment)| {
         let scored = study.score_experiment(experiment)?;
         Some((study.value(&scored, &planned), (index, scored)))
     };
     let all = largest(pool.par_iter().enumerate().filter_map(scored).collect(), FULLY_SCORED);
     let full = |(linear, (index, scored)): (f64, (usize, Scored))| {
-        let value = full_score(&study, &planned, scored).map_or(linear, |(value, _)| value);
+        let value = full_score(&study, &sequences, scored).map_or(linear, |(value, _)| value);
         (value, index)
     };
     let all: Vec<(f64, usize)> = all.into_par_iter().map(full).collect();
@@ -148,10 +165,9 @@ fn no_design(limits: &Limits) -> DesignError {
 }
 
 fn run_of(scored: Scored) -> Run {
-    let mean = |draws: &Vec<f64>| draws.iter().sum::<f64>() / draws.len().max(1) as f64;
     Run {
         families: scored.candidate.inputs.iter().map(|shape| shape.family.word()).collect(),
-        log_odds: scored.log_odds.iter().map(|row| row.iter().map(mean).collect()).collect(),
+        log_odds: means(&scored.log_odds),
         without_refit: scored.without_refit,
         information: scored.information,
         limited_by: scored.limited_by,
@@ -181,35 +197,44 @@ fn study<'a>(explanations: &'a [Explanation], request: &Request<'a>, sufficient:
 /// The best of random candidates after refinement; `None` if no candidate is within the limits.
 ///
 /// All candidates are scored with linear refits of the rivals, the best of them with full refits.
-fn best_of(study: &Study<'_>, planned: &[Vec<f64>], seed: u64, run: u64) -> Option<Scored> {
+fn best_of(study: &Study<'_>, sequences: &NoiseFree<'_>, seed: u64, run: u64) -> Option<Scored> {
+    let planned = means(&sequences.log_odds());
     let scored = |k: u64| {
         let mut rng = random_stream(seed, "design", run * CANDIDATES + k);
         let scored = study.score(&Candidate::random(study.limits, &mut rng))?;
-        Some((study.value(&scored, planned), scored))
+        Some((study.value(&scored, &planned), scored))
     };
     let all = largest((0..CANDIDATES).into_par_iter().filter_map(scored).collect(), FULLY_SCORED);
-    let full = |(_, scored): (f64, Scored)| full_score(study, planned, scored);
+    let full = |(_, scored): (f64, Scored)| full_score(study, sequences, scored);
     let best = largest(all.into_par_iter().filter_map(full).collect(), REFINED);
     let refined: Vec<(f64, Scored)> =
-        best.into_par_iter().map(|start| refine(study, planned, start)).collect();
+        best.into_par_iter().map(|start| refine(study, sequences, start)).collect();
     refined.into_iter().reduce(|a, b| if b.0 > a.0 { b } else { a }).map(|(_, best)| best)
 }
 
-/// Value of a candidate with full refits; `None` if one fails. A single explanation has no rivals to refit.
-fn full_score(study: &Study<'_>, planned: &[Vec<f64>], scored: Scored) -> Option<(f64, Scored)> {
-    let scored = if study.explanations.len() > 1 { study.refitted(&scored)? } else { scored };
-    Some((study.value(&scored, planned), scored))
+/// A candidate with full refits instead of formula (1), and its value; `None` if a refit fails.
+///
+/// A single explanation has no rivals to refit.
+fn full_score(study: &Study<'_>, sequences: &NoiseFree<'_>, scored: Scored) -> Option<(f64, Scored)> {
+    let before = sequences.log_odds();
+    let mut scored = scored;
+    if study.explanations.len() > 1 {
+        scored.log_odds = sequences.with_run(&scored.experiment).ok()?.log_odds();
+        let all = scored.log_odds.iter_mut().flatten().flatten();
+        all.zip(before.iter().flatten().flatten()).for_each(|(odds, before)| *odds -= before);
+    }
+    Some((study.value(&scored, &means(&before)), scored))
 }
 
 /// Improves a candidate coordinate by coordinate.
-fn refine(study: &Study<'_>, planned: &[Vec<f64>], mut best: (f64, Scored)) -> (f64, Scored) {
+fn refine(study: &Study<'_>, sequences: &NoiseFree<'_>, mut best: (f64, Scored)) -> (f64, Scored) {
     for place in 0..best.1.candidate.clone().coordinates().len() {
         for change in [STEP, -STEP] {
             let mut candidate = best.1.candidate.clone();
             if !candidate.move_coordinate(place, change) {
                 continue;
             }
-            let better = study.score(&candidate).and_then(|scored| full_score(study, planned, scored));
+            let better = study.score(&candidate).and_then(|scored| full_score(study, sequences, scored));
             if let Some(better) = better.filter(|b| b.0 > best.0) {
                 best = better;
                 break;
@@ -222,7 +247,12 @@ fn refine(study: &Study<'_>, planned: &[Vec<f64>], mut best: (f64, Scored)) -> (
 /// Makes the inputs of a chosen experiment smaller until many draws of all explanations stay within the limits.
 ///
 /// The draws include both ends of each parameter's 95 % interval, and process noise.
-fn within_limits(study: &Study<'_>, chosen: Scored, request: &Request<'_>) -> Result<Scored, DesignError> {
+fn within_limits(
+    study: &Study<'_>,
+    sequences: &NoiseFree<'_>,
+    chosen: Scored,
+    request: &Request<'_>,
+) -> Result<Scored, DesignError> {
     let draws: Vec<Vec<Vec<f64>>> =
         study.explanations.iter().enumerate().map(|(i, e)| check_values(e, i, request.seed)).collect();
     let mut scale = chosen.scale;
@@ -234,7 +264,7 @@ fn within_limits(study: &Study<'_>, chosen: Scored, request: &Request<'_>) -> Re
             None => {
                 let rescored = study.score_at(&chosen.candidate, scale, limited_by.or(chosen.limited_by));
                 let scored = rescored.ok_or_else(|| no_design(study.limits))?;
-                return Ok(study.refitted(&scored).unwrap_or(scored));
+                return Ok(full_score(study, sequences, scored.clone()).map_or(scored, |(_, scored)| scored));
             }
             Some(limit) => limited_by = Some(limit),
         }

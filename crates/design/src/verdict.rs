@@ -7,12 +7,11 @@
 //! (1)  E_j = sum over i ≠ j of v_i p_i / q_j,    v_i = w_i / sum over k ≠ j of w_k
 //! ```
 //!
-//! is at most a nonnegative martingale of mean 1 over the runs if explanation j is true, at every value of its parameters: q_j is
-//! at least the likelihood of j, and each p_i is a density of the recordings that was fixed before they were seen (universal
-//! inference: Wasserman, Ramdas and Balakrishnan 2020). By Ville's inequality (1939) the probability that E_j ever
+//! is at most a nonnegative martingale of mean 1 over the runs if explanation j is true, at every value of its parameters, by
+//! formula (4) of `evidence.rs` (universal inference: Wasserman, Ramdas and Balakrishnan 2020). By Ville's inequality (1939) the probability that E_j ever
 //! reaches c is at most 1 / c, at whatever run one stops and whatever was seen before (Robbins 1970; e-values and optional
 //! stopping: Grünwald, de Heide and Koolen 2024; Ramdas, Grünwald, Vovk and Shafer 2023). Explanation j is rejected once
-//! E_j has reached the required odds. An e-value of an earlier judgement multiplies E_j: the product is an e-value.
+//! E_j has reached the required odds.
 //!
 //! Where even the best explanation has larger prediction errors than its noise, all log densities are divided by the
 //! dispersion φ > 1 of its standardised errors (quasi-likelihood: McCullagh 1983). A power E^(1/φ) of an e-value is
@@ -28,8 +27,6 @@ const MAX_DISPERSION: f64 = 4.0;
 pub struct Tally {
     /// Logarithm of the prior weight.
     pub log_weight: f64,
-    /// Logarithm of the e-value against the explanation from earlier judgements, nats.
-    pub log_e_value: f64,
     /// Logarithm of the mixture density p of the new recordings, nats.
     pub log_density: f64,
     /// Logarithm of the maximised likelihood q of the new recordings, nats.
@@ -79,7 +76,6 @@ pub fn judge(tallies: &[Tally], rejected: &[bool], odds: f64) -> Judgement {
         let norm = log_sum(others.clone().map(|i| tallies[i].log_weight));
         log_sum(others.map(|i| tallies[i].log_weight - norm + densities[i]))
             - tallies[j].log_maximum / dispersion
-            + tallies[j].log_e_value
     };
     let log_e_values: Vec<f64> = (0..tallies.len()).map(log_e_value).collect();
     let norm = log_sum(tallies.iter().zip(&densities).map(|(t, e)| t.log_weight + e));
@@ -96,7 +92,7 @@ pub fn judge(tallies: &[Tally], rejected: &[bool], odds: f64) -> Judgement {
 }
 
 /// Logarithm of a sum of exponentials.
-fn log_sum(logs: impl Iterator<Item = f64>) -> f64 {
+pub(crate) fn log_sum(logs: impl Iterator<Item = f64>) -> f64 {
     let logs: Vec<f64> = logs.collect();
     let most = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     if most == f64::NEG_INFINITY {
@@ -115,14 +111,7 @@ mod tests {
 
     /// Explanations without free parameters: density and maximised likelihood are the same.
     fn tally(log_density: f64, squares: f64) -> Tally {
-        Tally {
-            log_weight: 0.0,
-            log_e_value: 0.0,
-            log_density,
-            log_maximum: log_density,
-            squares,
-            count: 100,
-        }
+        Tally { log_weight: 0.0, log_density, log_maximum: log_density, squares, count: 100 }
     }
 
     #[test]

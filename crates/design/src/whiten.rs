@@ -52,6 +52,11 @@ pub(crate) fn whiten(
     columns: &mut Columns,
     intervals: &[Interval],
 ) -> Vec<f64> {
+    let has_white_noise_only =
+        intervals.is_empty() && noise.sensors.iter().all(|s| s.autocorrelated_sd <= 0.0);
+    if has_white_noise_only {
+        return whiten_white(noise, columns);
+    }
     let mut filter = Filter::new(noise, columns.count, intervals);
     let mut half_logs = Vec::with_capacity(columns.readings.len());
     let mut sample = 0;
@@ -69,6 +74,17 @@ pub(crate) fn whiten(
         half_logs.push(0.5 * variance.ln());
     }
     half_logs
+}
+
+/// Whitens columns whose noise is white: the filter without states.
+fn whiten_white(noise: &Noise, columns: &mut Columns) -> Vec<f64> {
+    let width = columns.count.max(1);
+    let whitened = |(reading, row): (&Reading, &mut [f64])| {
+        let sd = noise.sensors[reading.output].white_sd;
+        row.iter_mut().for_each(|value| *value /= sd);
+        sd.ln()
+    };
+    columns.readings.iter().zip(columns.values.chunks_exact_mut(width)).map(whitened).collect()
 }
 
 /// Kalman filter of the noise, with one mean for each column of deviations.

@@ -17,7 +17,7 @@ use augsim_design::{
     draw_recording, judge, promise, random_run,
 };
 use augsim_session::equations::fit::fit;
-use augsim_session::next::{Source, explanations};
+use augsim_session::next::{Source, evidence};
 use augsim_system::Record;
 use augsim_tests::next_battery::pairs::{PAIRS, Pair};
 use clap::Parser;
@@ -66,10 +66,6 @@ struct Counts {
     random_runs: usize,
     unfinished: [usize; 2],
     false_verdicts: [usize; 2],
-    /// The same by the ratio of the mixture densities alone, which the rule is compared with.
-    mixture_runs: [usize; 2],
-    mixture_false: [usize; 2],
-    mixture_unfinished: [usize; 2],
     promised: usize,
     kept: usize,
     none_fits: usize,
@@ -84,9 +80,9 @@ fn main() -> Result<()> {
     let mut out = std::io::stdout();
     writeln!(
         out,
-        "| pair | runs, design | runs, random | ratio | promised runs | promise kept | false, design | false, random | unfinished | none fits | failed | log odds of the first run: expected, designed, random, nats | ratio of mixture densities alone: runs, false, unfinished (designed, random) |"
+        "| pair | runs, design | runs, random | ratio | promised runs | promise kept | false, design | false, random | unfinished | none fits | failed | log odds of the first run: expected, designed, random, nats |"
     )?;
-    writeln!(out, "|---|---|---|---|---|---|---|---|---|---|---|---|---|")?;
+    writeln!(out, "|---|---|---|---|---|---|---|---|---|---|---|---|")?;
     let mut total = Counts::default();
     for (index, pair) in PAIRS.iter().enumerate().filter(|(_, pair)| pair.name.contains(&options.only)) {
         let run = |replicate: u64| {
@@ -116,9 +112,6 @@ fn add(sum: &mut Counts, other: &Counts) {
     for k in 0..2 {
         sum.unfinished[k] += other.unfinished[k];
         sum.false_verdicts[k] += other.false_verdicts[k];
-        sum.mixture_runs[k] += other.mixture_runs[k];
-        sum.mixture_false[k] += other.mixture_false[k];
-        sum.mixture_unfinished[k] += other.mixture_unfinished[k];
     }
     sum.promised += other.promised;
     sum.kept += other.kept;
@@ -136,7 +129,7 @@ fn print_row(out: &mut impl Write, name: &str, c: &Counts) -> Result<()> {
     promised.sort_unstable();
     writeln!(
         out,
-        "| {name} | {:.2} | {:.2} | {:.2} | {promised:?} | {} of {} ({:.1} %) | {} | {} | {:?} | {} | {} | {:.1?} | {:.2?} {:?} {:?} |",
+        "| {name} | {:.2} | {:.2} | {:.2} | {promised:?} | {} of {} ({:.1} %) | {} | {} | {:?} | {} | {} | {:.1?} |",
         c.designed_runs as f64 / n,
         c.random_runs as f64 / n,
         c.designed_runs as f64 / c.random_runs.max(1) as f64,
@@ -148,10 +141,7 @@ fn print_row(out: &mut impl Write, name: &str, c: &Counts) -> Result<()> {
         c.unfinished,
         c.none_fits,
         c.failed,
-        c.first_run.map(|sum| sum / n),
-        c.mixture_runs.map(|sum| sum as f64 / n),
-        c.mixture_false,
-        c.mixture_unfinished
+        c.first_run.map(|sum| sum / n)
     )?;
     out.flush()?;
     Ok(())
@@ -181,7 +171,7 @@ fn truth_of(pair: &Pair, which: usize, sd: f64, values: &[f64]) -> Result<Explan
     }
     let source = Source::new("truth", model);
     let blank = Record { values: vec![vec![f64::NAN; 101]], ..first_experiment(pair, 1.0).record("blank") };
-    let mut truth = explanations(&[source], &[], &[blank])?.swap_remove(0);
+    let mut truth = evidence(&[source], &[], &[blank])?.swap_remove(0).explanation().clone();
     // The recording has no readings, so the values are those of the prior; the truth has its own.
     truth.values = truth.system.parameters().iter().map(|p| p.nominal).collect();
     Ok(truth)
@@ -202,7 +192,8 @@ fn first_experiment(pair: &Pair, factor: f64) -> Experiment {
 struct Fitted {
     truth: Explanation,
     which: usize,
-    live: Vec<Explanation>,
+    explanations: Vec<Explanation>,
+    live: Vec<Evidence>,
 }
 
 fn fitted(pair: &Pair, sd: f64, seed: u64, replicate: u64) -> Result<Fitted> {
@@ -225,26 +216,30 @@ fn fitted(pair: &Pair, sd: f64, seed: u64, replicate: u64) -> Result<Fitted> {
         let model = fit(&model, &records, None)?.model;
         Ok(Source::new(["first", "second"][k], model))
     };
-    let live = explanations(&[source(0)?, source(1)?], &records, &records)?;
-    Ok(Fitted { truth, which, live })
+    let live = evidence(&[source(0)?, source(1)?], &records, &records)?;
+    let explanations = live.iter().map(|e| e.explanation().clone()).collect();
+    Ok(Fitted { truth, which, explanations, live })
 }
 
-fn request<'a>(live: &'a [Explanation], limits: &'a Limits, seed: u64) -> Request<'a> {
-    Request { explanations: live, limits, budget: BUDGET, odds: 1000.0, seed }
+fn request<'a>(fitted: &'a Fitted, limits: &'a Limits, seed: u64) -> Request<'a> {
+    let Fitted { explanations, live: evidence, .. } = fitted;
+    Request { explanations, evidence, limits, budget: BUDGET, odds: 1000.0, seed }
 }
 
 fn replicate_of(pair: &Pair, seed: u64, replicate: u64, sequences: u64) -> Result<Counts> {
     let limits = limits(pair);
     let mut sd = 0.01 * (pair.output.1[1] - pair.output.1[0]);
     let rough = fitted(pair, sd, seed, replicate)?;
-    let first = design(&Request { budget: 1, ..request(&rough.live, &limits, seed) })?;
+    let first = design(&Request { budget: 1, ..request(&rough, &limits, seed) })?;
     let odds = 0.5 * (first[0].log_odds[0][1] + first[0].log_odds[1][0]);
     sd *= (odds / LOG_ODDS_OF_RUN).sqrt();
-    let Fitted { truth, which, live } = fitted(pair, sd, seed, replicate)?;
-    let request = request(&live, &limits, seed + replicate);
+    let fitted = fitted(pair, sd, seed, replicate)?;
+    let request = request(&fitted, &limits, seed + replicate);
+    let Fitted { truth, which, live, .. } = &fitted;
+    let which = *which;
     let runs = design(&request)?;
     let experiments: Vec<&Experiment> = runs.iter().map(|r: &Run| &r.experiment).collect();
-    let promised = promise(&live, &experiments, BUDGET, 1000.0, 100, seed + replicate);
+    let promised = promise(live, &experiments, BUDGET, 1000.0, 100, seed + replicate);
     let promised_odds = promised.truths[which].log_odds[promised.runs - 1];
     let mut counts = Counts { promised_runs: vec![promised.runs], ..Counts::default() };
     let random: Vec<Experiment> =
@@ -259,20 +254,17 @@ fn replicate_of(pair: &Pair, seed: u64, replicate: u64, sequences: u64) -> Resul
             if k >= plan.len() && new_plans < NEW_PLANS {
                 new_plans += 1;
                 let current: Vec<Explanation> = evidence.iter().map(Evidence::updated).collect();
-                let again = Request { explanations: &current, budget: 2, ..request.clone() };
+                let again = Request { explanations: &current, evidence, budget: 2, ..request.clone() };
                 plan.extend(design(&again)?.into_iter().map(|run| run.experiment));
             }
             Ok(plan[k % plan.len()].clone())
         };
-        let path = sequence(&truth, &live, &mut next, promised.runs, &mut rng)?;
+        let path = sequence(truth, live, &mut next, promised.runs, &mut rng)?;
         let mut next = |k: usize, _: &[Evidence]| Ok(random[(k + 7 * s as usize) % random.len()].clone());
-        let by_chance = sequence(&truth, &live, &mut next, 1, &mut rng)?;
+        let by_chance = sequence(truth, live, &mut next, 1, &mut rng)?;
         counts.sequences += 1;
         for (arm, path) in [&path, &by_chance].into_iter().enumerate() {
             counts.false_verdicts[arm] += usize::from(path.verdict.is_some_and(|v| v != which));
-            counts.mixture_runs[arm] += path.mixture.0;
-            counts.mixture_false[arm] += usize::from(path.mixture.1.is_some_and(|v| v != which));
-            counts.mixture_unfinished[arm] += usize::from(path.mixture.1.is_none());
             counts.unfinished[arm] += usize::from(path.verdict.is_none());
             counts.none_fits += usize::from(path.has_none_fitting);
         }
@@ -295,27 +287,20 @@ struct Path {
     runs: usize,
     verdict: Option<usize>,
     has_none_fitting: bool,
-    /// The same by the ratio of the mixture densities.
-    mixture: (usize, Option<usize>),
     /// Log odds for each explanation after each run, `[explanation][run]`.
     log_odds: [Vec<f64>; 2],
 }
 
 fn sequence(
     truth: &Explanation,
-    live: &[Explanation],
+    live: &[Evidence],
     next: &mut dyn FnMut(usize, &[Evidence]) -> Result<Experiment>,
     at_least: usize,
     rng: &mut impl rand::Rng,
 ) -> Result<Path> {
-    let mut evidence: Vec<Evidence> = live.iter().map(Evidence::new).collect();
-    let mut path = Path {
-        runs: MAX_RUNS,
-        verdict: None,
-        has_none_fitting: false,
-        mixture: (MAX_RUNS, None),
-        log_odds: [Vec::new(), Vec::new()],
-    };
+    let mut evidence = live.to_vec();
+    let mut path =
+        Path { runs: MAX_RUNS, verdict: None, has_none_fitting: false, log_odds: [Vec::new(), Vec::new()] };
     let mut rejected = vec![false; live.len()];
     for k in 0..MAX_RUNS {
         let experiment = next(k, &evidence)?;
@@ -324,10 +309,6 @@ fn sequence(
             one.add(&record)?;
         }
         let tallies: Vec<Tally> = evidence.iter().map(Evidence::tally).collect();
-        let ratio = tallies[0].log_density - tallies[1].log_density;
-        if path.mixture.1.is_none() && ratio.abs() > 1000.0_f64.ln() {
-            path.mixture = (k + 1, Some(usize::from(ratio < 0.0)));
-        }
         let judgement = judge(&tallies, &rejected, 1000.0);
         path.log_odds[0].push(judgement.log_e_values[1]);
         path.log_odds[1].push(judgement.log_e_values[0]);

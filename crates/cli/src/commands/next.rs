@@ -3,12 +3,10 @@
 use super::note_reading;
 use crate::args::{Listen, Next};
 use augsim_session::DataFrom;
-use augsim_session::equations::records;
 use augsim_session::next::{
-    ListenRequest, PlanRequest, State, default_limits, listen, listen_page, listen_text, plan, plan_page,
-    plan_text, read_limits, sources,
+    Known, ListenRequest, PlanOptions, State, listen, listen_page, listen_text, plan_page, plan_text,
+    recordings,
 };
-use augsim_system::Record as DataRecord;
 use augsim_terminal::Outcome;
 use augsim_terminal::destination::{REPORT, Results};
 use augsim_terminal::output::Output;
@@ -21,7 +19,12 @@ const PLAN: &str = "plan.json";
 
 /// Runs `augsim next`: designs the runs that separate the explanations, and promises their odds.
 pub fn next(args: &Next, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
-    let paths = if args.data.is_empty() { recorded_data(&args.explanations)? } else { args.data.clone() };
+    let known = Known::open(&args.explanations, !args.data.is_empty());
+    let is_continued = known.as_ref().is_ok_and(Known::is_continued);
+    let paths = match args.data.is_empty() && !is_continued {
+        true => recorded_data(&args.explanations)?,
+        false => args.data.clone(),
+    };
     let mut record = Record::new("next")
         .setting("seed", seed)
         .setting("budget", args.budget)
@@ -36,29 +39,21 @@ pub fn next(args: &Next, seed: u64, force: bool, output: &Output) -> anyhow::Res
     let names: Vec<String> = (1..=args.budget).map(|k| format!("run-{k}.csv")).collect();
     let files: Vec<&str> = [PLAN, REPORT].into_iter().chain(names.iter().map(String::as_str)).collect();
     let claim = Results { folder: &args.out, files: &files, inputs: &inputs, record, force }.claim()?;
-    let explanations = sources(&args.explanations)?;
-    let model = &explanations[0].model;
-    let known: Vec<DataRecord> = match paths.is_empty() {
-        true => Vec::new(),
-        false => {
-            let from = args.time.of_all(&paths);
-            note_reading(&from, model, output)?;
-            records::records(&records::read(from, model)?.data, model, true)?
-        }
-    };
-    let limits = read_limits(args.limits.as_deref(), default_limits(model, &known)?, &explanations)?;
+    let mut known = known?;
+    if !paths.is_empty() {
+        let from = args.time.of_all(&paths);
+        note_reading(&from, known.model(), output)?;
+        known.read(from, !args.data.is_empty())?;
+    }
     let steps = Steps::new(output);
     steps.show_step("designing the runs and simulating their odds".to_owned());
-    let request = PlanRequest {
-        sources: &explanations,
-        limits: &limits,
-        records: &known,
+    let options = PlanOptions {
         budget: usize::from(args.budget),
         odds: args.odds,
         sequences: u64::from(args.sequences),
         seed,
     };
-    let planned = plan(&request)?;
+    let planned = known.plan(args.limits.as_deref(), options)?;
     steps.finish();
     claim.begin()?;
     claim.write(PLAN, &serde_json::to_string_pretty(&planned.state)?)?;
@@ -86,7 +81,7 @@ pub fn hear(args: &Listen, force: bool, output: &Output) -> anyhow::Result<Outco
     let model = state.first_model()?;
     let from: DataFrom = args.time.of_all(&args.data);
     note_reading(&from, &model, output)?;
-    let new = records::records(&records::read(from, &model)?.data, &model, true)?;
+    let new = recordings(from, &model)?;
     let heard = listen(&ListenRequest { state: &state, records: &new })?;
     claim.begin()?;
     claim.write(PLAN, &serde_json::to_string_pretty(&heard)?)?;

@@ -117,21 +117,62 @@ fn an_estimated_initial_state_costs_the_first_samples_only() {
 }
 
 #[test]
-fn earlier_data_that_are_not_normal_do_not_count_in_the_maximised_likelihood() {
-    // Earlier data say 2.0 ± 0.001; the recording 2.3.
-    let t = times();
-    let e = Explanation { is_normal: false, ..explanation("gain", GAIN, &[0.001], white(0.1)) };
-    let y = readings(&t, 2.3);
-    let heard = evidence(&e, &[recording(&t, &vec![1.0; t.len()], &y)]);
-    let log_likelihood = |gain: f64| {
+fn half_of_the_earlier_recordings_counts_in_the_maximised_likelihood() {
+    let (t, e) = (times(), explanation("gain", GAIN, &[0.5], white(0.1)));
+    let gains = [2.0, 2.4, 2.1, 2.2];
+    let earlier: Vec<Vec<f64>> = gains.iter().map(|gain| readings(&t, *gain)).collect();
+    let new = readings(&t, 3.0);
+    let record = |y: &Vec<f64>| recording(&t, &vec![1.0; t.len()], y);
+    let after = after_recordings(&e, &earlier.iter().map(record).collect::<Vec<_>>()).unwrap();
+    let mut heard = Evidence::after(&after, &earlier.iter().map(record).collect::<Vec<_>>()).unwrap();
+    heard.add(&record(&new)).unwrap();
+    // Every second recording is in the first half; the mixture density of a half is a ratio of densities.
+    let log_likelihood = |gain: f64, y: &[f64]| {
         let mean: Vec<f64> = t.iter().map(|t| gain * t).collect();
-        log_density(&y, &mean, &covariance(&t, 0.0, 0.1))
+        log_density(y, &mean, &covariance(&t, 0.0, 0.1))
     };
-    let expected =
-        (0..4000).map(|k| log_likelihood(1.0 + 5e-4 * f64::from(k))).fold(f64::NEG_INFINITY, f64::max);
+    // The bounds are wider than 100 standard errors of the fit, which then are the standard deviation of the prior.
+    let (fit, sd) = (after.values[0], 100.0 * after.standard_deviations()[0]);
+    let joint = |parts: &[&Vec<f64>]| {
+        let (s, y) = (t.repeat(parts.len()), parts.iter().copied().flatten().copied().collect::<Vec<_>>());
+        let mean: Vec<f64> = s.iter().map(|s| fit * s).collect();
+        log_density(&y, &mean, &covariance(&s, sd, 0.1))
+    };
+    // Nine tenths have the distribution that the others leave, one tenth the wide one.
+    let mixture = |of: &[&Vec<f64>], given: &[&Vec<f64>]| {
+        (0.9 * (joint(&[given, of].concat()) - joint(given)).exp() + 0.1 * joint(of).exp()).ln()
+    };
+    let ratio = |half: [&Vec<f64>; 2], other: [&Vec<f64>; 2]| {
+        let mixture = mixture(&half, &other);
+        let likelihood = |k: i32| {
+            let gain = 1.5 + 5e-4 * f64::from(k);
+            log_likelihood(gain, half[0]) + log_likelihood(gain, half[1]) + log_likelihood(gain, &new)
+        };
+        (mixture - (0..4000).map(likelihood).fold(f64::NEG_INFINITY, f64::max)).exp()
+    };
+    let [first, second] = [[&earlier[0], &earlier[2]], [&earlier[1], &earlier[3]]];
+    let expected = -(0.5 * (ratio(first, second) + ratio(second, first))).ln();
+    // The steps end 0.01 from the largest value of twice the log likelihood.
+    assert!((heard.log_maximum() - expected).abs() < 5e-3, "{} {expected}", heard.log_maximum());
+    // All four earlier recordings take part in the density.
+    let density = mixture(&[&new], &earlier.iter().collect::<Vec<_>>());
+    assert!((heard.log_density() - density).abs() < 1e-6, "{} {density}", heard.log_density());
+}
+
+#[test]
+fn a_single_earlier_recording_does_not_count_in_the_maximised_likelihood() {
+    let (t, e) = (times(), explanation("gain", GAIN, &[0.001], white(0.1)));
+    let [earlier, new] = [2.0, 2.3].map(|gain| readings(&t, gain));
+    let input = vec![1.0; t.len()];
+    let mut heard = Evidence::after(&e, &[recording(&t, &input, &earlier)]).unwrap();
+    heard.add(&recording(&t, &input, &new)).unwrap();
+    let log_likelihood = |k: i32| {
+        let mean: Vec<f64> = t.iter().map(|t| (1.0 + 5e-4 * f64::from(k)) * t).collect();
+        log_density(&new, &mean, &covariance(&t, 0.0, 0.1))
+    };
+    let expected = (0..4000).map(log_likelihood).fold(f64::NEG_INFINITY, f64::max);
     assert!((heard.log_maximum() - expected).abs() < 1e-3, "{} {expected}", heard.log_maximum());
     assert!(heard.log_maximum() > heard.log_density() + 1.0);
-    assert!((heard.updated().values[0] - 2.0).abs() < 0.01, "{:?}", heard.updated().values);
 }
 
 #[test]
@@ -151,17 +192,15 @@ fn the_maximised_likelihood_keeps_half_of_what_earlier_data_say() {
 }
 
 #[test]
-fn a_gain_is_normal_after_recordings_unless_it_is_at_its_bound() {
-    let (t, e) = (times(), explanation("gain", GAIN, &[0.5], white(0.1)));
-    let records = [recording(&t, &vec![1.0; t.len()], &readings(&t, 2.3))];
-    assert!(after_recordings(&e, &records).unwrap().is_normal);
-    // A gain at its bound: beyond it the density does not fall.
-    let bound = explanation(
-        "gain",
-        &GAIN.replace("nominal = 2.0, min = -50.0", "nominal = 2.3, min = 2.299"),
-        &[0.5],
-        white(0.1),
-    );
-    let low = [recording(&t, &vec![1.0; t.len()], &readings(&t, 2.25))];
-    assert!(!after_recordings(&bound, &low).unwrap().is_normal);
+fn a_truth_outside_what_earlier_data_say_keeps_a_tenth_of_the_wide_density() {
+    // Earlier data say 2.0 ± 0.01; the recording says 3. The bounds are wider than 100 standard errors: the wide one is 2 ± 1.
+    let (t, e) = (times(), explanation("gain", GAIN, &[0.01], white(0.1)));
+    let input = vec![1.0; t.len()];
+    let earlier = [2.0, 2.0].map(|gain| recording(&t, &input, &readings(&t, gain)));
+    let mut heard = Evidence::after(&e, &earlier).unwrap();
+    let new = readings(&t, 3.0);
+    heard.add(&recording(&t, &input, &new)).unwrap();
+    let expected = log_density_of_gain(&t, &new, 1.0) + 0.1_f64.ln();
+    assert!((heard.log_density() - expected).abs() < 1e-3, "{} {expected}", heard.log_density());
+    assert!((heard.updated().values[0] - 3.0).abs() < 0.1, "{:?}", heard.updated().values);
 }

@@ -2,6 +2,7 @@
 
 mod designed;
 mod evidence;
+mod validity;
 
 use augsim_design::{Explanation, Noise, SensorNoise};
 use augsim_equations::{EquationSystem, model};
@@ -26,10 +27,8 @@ fn explanation(name: &str, text: &str, sds: &[f64], noise: SensorNoise) -> Expla
         values: parameters.iter().map(|p| p.nominal).collect(),
         uncertain,
         factor: Vec::new(),
-        is_normal: true,
         noise: Noise { sensors: vec![noise], process: Vec::new() },
         log_weight: 0.0,
-        log_e_value: 0.0,
         driven: None,
         system: Arc::new(system),
     };

@@ -10,7 +10,7 @@ use anyhow::Context;
 use augsim_data::random_stream;
 use augsim_design::{Evidence, Experiment, Explanation, Judgement, Limits, Request, Tally, choose, judge};
 use augsim_session::equations::{fit::fit, noise};
-use augsim_session::next::{Source, default_limits, explanations, read_limits};
+use augsim_session::next::{Source, default_limits, evidence, read_limits};
 use augsim_system::{Record, Stream};
 use rand::seq::SliceRandom;
 use serde::Serialize;
@@ -64,22 +64,28 @@ pub fn replay(pool: &Pool, settings: Settings, order: u64) -> anyhow::Result<Ord
         Ok(Source { model, ..source.clone() })
     };
     let sources: Vec<Source> = pool.explanations.iter().map(fitted).collect::<Result<_, _>>()?;
-    let live = explanations(&sources, first, &pool.runs)?;
+    let live = evidence(&sources, first, &pool.runs)?;
     let whole = judged(&live, rest)?;
     let starts = usual_starts(&sources, first)?;
     let runs: Vec<Experiment> = rest.iter().map(|r| experiment(r, &starts)).collect();
-    let by_design = |current: &[Explanation], unheard: &[usize]| {
+    let by_design = |current: &[Explanation], evidence: &[Evidence], unheard: &[usize]| {
         let choice: Vec<Experiment> = unheard.iter().map(|k| runs[*k].clone()).collect();
         let limits = Limits::default();
-        let request =
-            Request { explanations: current, limits: &limits, budget: 1, odds: ODDS, seed: settings.seed };
+        let request = Request {
+            explanations: current,
+            evidence,
+            limits: &limits,
+            budget: 1,
+            odds: ODDS,
+            seed: settings.seed,
+        };
         choose(&request, &choice).unwrap_or(0)
     };
     let designed = sequence(&live, rest, &whole.left, by_design)?;
-    let random = sequence(&live, rest, &whole.left, |_, _| 0)?;
+    let random = sequence(&live, rest, &whole.left, |_, _, _| 0)?;
     Ok(Order {
         first: first.iter().map(|r| r.id.clone()).collect(),
-        left: whole.left.iter().map(|k| live[*k].name.clone()).collect(),
+        left: whole.left.iter().map(|k| live[*k].explanation().name.clone()).collect(),
         error_ratio: whole.dispersion.sqrt(),
         designed,
         random,
@@ -87,10 +93,10 @@ pub fn replay(pool: &Pool, settings: Settings, order: u64) -> anyhow::Result<Ord
 }
 
 /// Judgement of recordings that are heard together.
-fn judged(live: &[Explanation], records: &[Record]) -> anyhow::Result<Judgement> {
+fn judged(live: &[Evidence], records: &[Record]) -> anyhow::Result<Judgement> {
     let mut tallies = Vec::with_capacity(live.len());
-    for explanation in live {
-        let mut evidence = Evidence::new(explanation);
+    for evidence in live {
+        let mut evidence = evidence.clone();
         evidence.add_all(records)?;
         tallies.push(evidence.tally());
     }
@@ -101,17 +107,18 @@ fn judged(live: &[Explanation], records: &[Record]) -> anyhow::Result<Judgement>
 ///
 /// The choice is by the explanations that are not rejected, with their weights. `None` if `wanted` are never left.
 fn sequence(
-    live: &[Explanation],
+    live: &[Evidence],
     records: &[Record],
     wanted: &[usize],
-    choice: impl Fn(&[Explanation], &[usize]) -> usize,
+    choice: impl Fn(&[Explanation], &[Evidence], &[usize]) -> usize,
 ) -> anyhow::Result<Option<usize>> {
-    let mut evidence: Vec<Evidence> = live.iter().map(Evidence::new).collect();
+    let mut evidence = live.to_vec();
     let mut unheard: Vec<usize> = (0..records.len()).collect();
-    let mut current = live.to_vec();
+    let mut current: Vec<Explanation> = live.iter().map(|e| e.explanation().clone()).collect();
+    let mut current_evidence = live.to_vec();
     let mut rejected = vec![false; live.len()];
     for heard in 1..=records.len().min(MAX_RUNS) {
-        let place = unheard.remove(choice(&current, &unheard));
+        let place = unheard.remove(choice(&current, &current_evidence, &unheard));
         for one in &mut evidence {
             one.add(&records[place])?;
         }
@@ -126,6 +133,7 @@ fn sequence(
         if wanted.iter().any(|k| rejected[*k]) || left.is_empty() {
             return Ok(None);
         }
+        current_evidence = left.iter().map(|k| evidence[*k].clone()).collect();
         current = left.iter().map(|k| weighted(&evidence[*k], judgement.weights[*k])).collect();
     }
     Ok(None)

@@ -53,10 +53,8 @@ pub(super) fn compile(source: &Source, (records, starts): &Tuning) -> anyhow::Re
         values,
         uncertain,
         factor: Vec::new(),
-        is_normal: true,
         noise,
         log_weight: source.log_weight,
-        log_e_value: source.log_e_value,
     };
     Ok((explanation.with_covariance(&covariance), widths))
 }

@@ -1,7 +1,7 @@
 //! Takes in new recordings: evidence, weights, verdict, and the promise compared with what came.
 
+use super::evidence::evidence_of;
 use super::explanation::write_back;
-use super::plan::compiled;
 use super::state::{HeardRun, Recording, State};
 use super::text::listen_sentence;
 use augsim_design::{Evidence, Judgement, Tally, Verdict, judge};
@@ -25,13 +25,11 @@ pub struct ListenRequest<'a> {
 /// An explanation cannot be simulated over a recording.
 pub fn listen(request: &ListenRequest<'_>) -> anyhow::Result<State> {
     let mut state = request.state.clone();
-    let sources = state.planned_sources()?;
-    let earlier = std::mem::take(&mut state.heard).into_iter().map(|run| run.recording.record());
-    let records: Vec<Record> = earlier.chain(request.records.iter().cloned()).collect();
-    let mut evidence: Vec<Evidence> = compiled(&sources, &(records.clone(), BTreeMap::new()))?
-        .iter()
-        .map(|(explanation, _)| Evidence::new(explanation))
-        .collect();
+    let [earlier, heard] = [state.earlier_records(), state.heard_records()];
+    let all: Vec<Record> = [&earlier[..], &heard, request.records].concat();
+    let records = all[earlier.len()..].to_vec();
+    state.heard.clear();
+    let mut evidence = evidence_of(&state, &(all, BTreeMap::new()))?;
     for record in &records {
         let before: Vec<f64> = evidence.iter().map(Evidence::log_density).collect();
         for one in &mut evidence {
@@ -47,7 +45,9 @@ pub fn listen(request: &ListenRequest<'_>) -> anyhow::Result<State> {
         });
         apply(&mut state, &tallies, &judgement);
     }
-    for ((source, one), explained) in sources.into_iter().zip(&evidence).zip(&mut state.explanations) {
+    for ((source, one), explained) in
+        state.planned_sources()?.into_iter().zip(&evidence).zip(&mut state.explanations)
+    {
         let mut model = source.model;
         write_back(&mut model, &one.updated());
         explained.model_toml = model.to_toml()?;

@@ -2,8 +2,10 @@
 //!
 //! `docs/next.md` has the formulas.
 
+mod evidence;
 mod explanation;
 mod fault;
+mod known;
 mod limits;
 mod listen;
 mod page;
@@ -14,10 +16,11 @@ mod state;
 mod text;
 
 pub use fault::NextFault;
+pub use known::{Known, recordings};
 pub use limits::{default_limits, read_limits};
 pub use listen::{ListenRequest, listen};
 pub use page::{listen_page, plan_page};
-pub use plan::{PlanRequest, Planned, explanations, plan};
+pub use plan::{PlanOptions, Planned, evidence};
 pub use source::Source;
 pub use sources::sources;
 pub use state::{Explained, HeardRun, PlannedRun, PromiseOf, RunOdds, State};

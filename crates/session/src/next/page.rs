@@ -25,9 +25,11 @@ pub fn plan_page(planned: &Planned, seed: u64) -> Page {
         for (output, (name, unit)) in outputs.iter().enumerate() {
             let mut line =
                 Line::new(&format!("predicted {name}"), Axis::linear("time", "s"), Axis::linear(name, unit));
-            for (k, (e, paths)) in state.explanations.iter().zip(&planned.predictions[run]).enumerate() {
+            for (k, (name, paths)) in
+                state.live_names().into_iter().zip(&planned.predictions[run]).enumerate()
+            {
                 line = line.with(Series::line(
-                    &e.name,
+                    name,
                     Tone::Series(u8::try_from(k).unwrap_or(u8::MAX)),
                     times.clone(),
                     paths[output].clone(),
@@ -103,32 +105,31 @@ fn runs_table(state: &State) -> Table {
         let [file, signals, starts, odds] = run_row(run);
         vec![file, signals, starts, digits(run.duration_s), odds]
     });
-    table(
-        &["file", "signals", "start values", "duration, s", "expected log odds of the hardest pair"],
-        rows.collect(),
-    )
+    let caption = format!(
+        "The hardest pair are the two explanations that a run separates least. {:.1} nats are odds of {:.0} to 1.",
+        state.odds.ln(),
+        state.odds
+    );
+    let columns = ["file", "signals", "start values", "duration, s", "expected log odds of the hardest pair"];
+    Table { caption, ..table(&columns, rows.collect()) }
 }
 
 fn explanations_table(state: &State) -> Table {
     let rows = state.explanations.iter().map(|e| {
         let rejected = if e.rejected { "rejected" } else { "" };
-        vec![e.name.clone(), format!("{:.4}", e.weight), odds_text(e.log_e_value), rejected.to_owned()]
+        let odds = if state.heard.is_empty() { "no run yet".to_owned() } else { odds_text(e.log_e_value) };
+        vec![e.name.clone(), format!("{:.4}", e.weight), odds, rejected.to_owned()]
     });
     table(&["explanation", "weight", "odds against it (e-value)", ""], rows.collect())
 }
 
 fn promise_section(state: &State) -> Option<Section> {
     let p = state.promise.as_ref()?;
-    let rows = state.explanations.iter().enumerate().filter_map(|(i, e)| {
-        let (odds, shares) = (p.log_odds_by_truth.get(i)?, p.share_by_truth.get(i)?);
-        Some((0..odds.len()).map(move |k| {
-            vec![
-                e.name.clone(),
-                (k + 1).to_string(),
-                odds_text(odds[k]),
-                format!("{:.0} %", 100.0 * shares[k]),
-            ]
-        }))
+    let by_truth = p.log_odds_by_truth.iter().zip(&p.share_by_truth);
+    let rows = p.truths.iter().zip(by_truth).map(|(name, (odds, shares))| {
+        (0..odds.len()).map(move |k| {
+            vec![name.clone(), (k + 1).to_string(), odds_text(odds[k]), format!("{:.0} %", 100.0 * shares[k])]
+        })
     });
     let required = format!("cases that reach {:.0} to 1", state.odds);
     let promised = table(
@@ -176,7 +177,8 @@ fn methods() -> Vec<Method> {
         ),
         method(
             "Universal inference",
-            "the explanation that is tested is judged at its best parameters, so that no value of them is rejected wrongly",
+            "the explanation that is tested is judged at its best parameters for the new recordings and half of the earlier ones, so that no value \
+             of them is rejected wrongly",
             "Wasserman, Ramdas and Balakrishnan, Proc. Natl. Acad. Sci. 117, 2020",
         ),
         method(

@@ -1,15 +1,17 @@
 //! Designs the next runs and promises their odds.
 
+use super::evidence::{live_evidence, tested_records};
 use super::explanation::{Compiled, Tuning, compile, write_back};
 use super::source::Source;
-use super::state::{Explained, PlannedRun, PromiseOf, RunOdds, State};
+use super::state::{Explained, PlannedRun, PromiseOf, Recording, RunOdds, State};
 use super::text::{note_on_starts, plan_sentence, why_not};
 use crate::equations::unit_text;
 use augsim_data::random_stream;
 use augsim_design::{
-    Candidate, Experiment, Explanation, Limits, Promise, Request, Run, after_recordings, design, nominal_run,
-    promise, weights,
+    Candidate, Evidence, Experiment, Explanation, Limits, Promise, Request, Run, after_recordings, design,
+    nominal_run, promise, weights,
 };
+use augsim_equations::Model;
 use augsim_system::Record;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -17,15 +19,9 @@ use std::fmt::Write;
 /// Number of random experiments on which integration steps are chosen where there are no recordings.
 const TUNING_EXPERIMENTS: u64 = 16;
 
-/// What to plan.
-#[derive(Debug)]
-pub struct PlanRequest<'a> {
-    /// The live explanations.
-    pub sources: &'a [Source],
-    /// Limits of a run.
-    pub limits: &'a Limits,
-    /// Recordings so far, on which integration steps are chosen; may be empty.
-    pub records: &'a [Record],
+/// Size of a plan, and the random draws that it is made with.
+#[derive(Debug, Clone, Copy)]
+pub struct PlanOptions {
     /// Maximum number of runs.
     pub budget: usize,
     /// Required odds against each other explanation.
@@ -34,6 +30,23 @@ pub struct PlanRequest<'a> {
     pub sequences: u64,
     /// Seed of all random draws.
     pub seed: u64,
+}
+
+/// What to plan.
+#[derive(Debug)]
+pub struct PlanRequest<'a> {
+    /// The live explanations.
+    pub sources: &'a [Source],
+    /// Limits of a run.
+    pub limits: &'a Limits,
+    /// Recordings so far; may be empty.
+    pub records: &'a [Record],
+    /// Whether the parameters are estimated again from the recordings; else they are distributed as the models say.
+    pub is_estimated_again: bool,
+    /// Plan to go on with, with the runs that it has heard: instead of `sources` and `records`.
+    pub continued: Option<&'a State>,
+    /// Size of the plan, and its seed.
+    pub options: PlanOptions,
 }
 
 /// A plan: its state, the inputs of each run as CSV files, and the predictions of each run.
@@ -79,30 +92,29 @@ pub(super) fn compiled(sources: &[Source], tuning: &Tuning) -> anyhow::Result<Ve
 /// # Errors
 /// A model cannot be used, or no input keeps all explanations within the limits.
 pub fn plan(request: &PlanRequest<'_>) -> anyhow::Result<Planned> {
-    let outputs = request.sources.first().map_or(0, |s| s.model.outputs.len());
-    let tuning = match request.records {
-        [] => tuning_records(request.limits, outputs, request.seed),
-        records => (records.to_vec(), BTreeMap::new()),
+    let PlanOptions { budget, odds, sequences, seed } = request.options;
+    let mut state = match request.continued {
+        Some(state) => State { plan: Vec::new(), verdict: "plan".to_owned(), ..state.clone() },
+        None => first_state(request)?,
     };
-    let (explanations, widths): (Vec<Explanation>, Vec<_>) =
-        compiled(request.sources, &tuning)?.into_iter().unzip();
-    let wanted = Request {
-        explanations: &explanations,
-        limits: request.limits,
-        budget: request.budget,
-        odds: request.odds,
-        seed: request.seed,
+    let model = state.first_model()?;
+    let tuning = match [state.earlier_records(), state.heard_records()].concat() {
+        none if none.is_empty() => tuning_records(request.limits, model.outputs.len(), seed),
+        records => (records, BTreeMap::new()),
     };
-    let runs = design(&wanted)?;
+    let (explanations, evidence) = live_evidence(&state, &tuning)?;
+    let limits = request.limits;
+    let runs =
+        design(&Request { explanations: &explanations, evidence: &evidence, limits, budget, odds, seed })?;
     let experiments: Vec<&Experiment> = runs.iter().map(|r| &r.experiment).collect();
-    let promised = (explanations.len() > 1).then(|| {
-        promise(&explanations, &experiments, request.budget, request.odds, request.sequences, request.seed)
-    });
-    let mut state = State::new(request.odds, explained(request.sources, &explanations, widths)?);
+    let promised =
+        (explanations.len() > 1).then(|| promise(&evidence, &experiments, budget, odds, sequences, seed));
+    state.odds = odds;
     state.plan = runs.iter().enumerate().map(|(k, run)| planned_run(k, run, &explanations)).collect();
     state.promise = promised.as_ref().map(|p| {
         let why = (!p.is_enough).then(|| why_not(&explanations, &runs, request.limits));
-        promise_of(p, request.sequences, why)
+        let truths = explanations.iter().map(|e| e.name.clone()).collect();
+        PromiseOf { truths, heard_before: state.heard.len(), why_not: why, ..promise_of(p, sequences) }
     });
     state.note = note_on_starts(&explanations);
     state.sentence = plan_sentence(&state, request.limits);
@@ -113,13 +125,36 @@ pub fn plan(request: &PlanRequest<'_>) -> anyhow::Result<Planned> {
     };
     let predictions = runs.iter().map(predict).collect::<anyhow::Result<_>>()?;
     let experiments = runs.into_iter().map(|r| r.experiment).collect();
-    let model = &request.sources[0].model;
+    Ok(Planned { state, files, experiments, predictions, columns: columns(&model) })
+}
+
+/// Names and units of the inputs and of the outputs of a model.
+fn columns(model: &Model) -> [Vec<(String, String)>; 2] {
     let column = |name: &str, unit| (name.to_owned(), unit_text(unit).trim_start().to_owned());
-    let columns = [
+    [
         model.inputs.iter().map(|i| column(&i.name, i.unit)).collect(),
         model.outputs.iter().map(|o| column(&o.name, o.unit)).collect(),
-    ];
-    Ok(Planned { state, files, experiments, predictions, columns })
+    ]
+}
+
+/// State of a first plan: the explanations as all recordings leave them, before any run was heard.
+fn first_state(request: &PlanRequest<'_>) -> anyhow::Result<State> {
+    let outputs = request.sources.first().map_or(0, |s| s.model.outputs.len());
+    let tuning = match request.records {
+        [] => tuning_records(request.limits, outputs, request.options.seed),
+        records => (records.to_vec(), BTreeMap::new()),
+    };
+    let (mut list, mut widths) = (Vec::new(), Vec::new());
+    for (explanation, chosen) in compiled(request.sources, &tuning)? {
+        list.push(match request.is_estimated_again {
+            false => explanation,
+            true => after_recordings(&explanation, request.records)?,
+        });
+        widths.push(chosen);
+    }
+    let mut state = State::new(request.options.odds, explained(request.sources, &list, widths)?);
+    state.earlier = tested_records(request.records).iter().map(Recording::of).collect();
+    Ok(state)
 }
 
 /// The explanations of a plan, before any run was heard.
@@ -137,13 +172,12 @@ fn explained(
         explained.push(Explained {
             name: e.name.clone(),
             log_weight: e.log_weight,
-            log_e_value_before: e.log_e_value,
             log_density: 0.0,
             log_maximum: 0.0,
             squares: 0.0,
             count: 0,
             weight: weights[k],
-            log_e_value: e.log_e_value,
+            log_e_value: 0.0,
             rejected: false,
             widths,
             file: model.file.clone(),
@@ -176,7 +210,8 @@ fn planned_run(k: usize, run: &Run, explanations: &[Explanation]) -> PlannedRun 
     }
 }
 
-fn promise_of(p: &Promise, sequences: u64, why_not: Option<String>) -> PromiseOf {
+/// The promise as it is in `plan.json`, without the names of the explanations.
+fn promise_of(p: &Promise, sequences: u64) -> PromiseOf {
     PromiseOf {
         runs: p.runs,
         is_enough: p.is_enough,
@@ -190,7 +225,9 @@ fn promise_of(p: &Promise, sequences: u64, why_not: Option<String>) -> PromiseOf
             .collect(),
         share_by_truth: p.truths.iter().map(|t| t.reached.clone()).collect(),
         sequences,
-        why_not,
+        heard_before: 0,
+        truths: Vec::new(),
+        why_not: None,
     }
 }
 
@@ -209,23 +246,19 @@ fn csv(run: &Run, limits: &Limits) -> String {
     text
 }
 
-/// Compiles fitted models to explanations, with parameters distributed as `records` say.
+/// Compiles fitted models, with parameters distributed as `records` leave them, to explanations before any new recording.
 ///
 /// Integration steps are chosen on `tuning`, recordings whose outputs are not used.
 ///
 /// # Errors
 /// As [`plan`].
-pub fn explanations(
-    sources: &[Source],
-    records: &[Record],
-    tuning: &[Record],
-) -> anyhow::Result<Vec<Explanation>> {
+pub fn evidence(sources: &[Source], records: &[Record], tuning: &[Record]) -> anyhow::Result<Vec<Evidence>> {
     let blank = |r: &Record| {
         let mut blank = r.clone();
         blank.values.iter_mut().flatten().for_each(|v| *v = f64::NAN);
         blank
     };
     let tuning: Tuning = (tuning.iter().map(blank).collect(), BTreeMap::new());
-    let compiled = compiled(sources, &tuning)?.into_iter();
-    Ok(compiled.map(|(e, _)| after_recordings(&e, records)).collect::<Result<_, _>>()?)
+    let evidence = |(e, _): Compiled| Evidence::after(&after_recordings(&e, records)?, records);
+    Ok(compiled(sources, &tuning)?.into_iter().map(evidence).collect::<Result<_, _>>()?)
 }

@@ -12,8 +12,6 @@ pub struct Source {
     pub model: Model,
     /// Logarithm of its weight by all earlier data, up to a constant.
     pub log_weight: f64,
-    /// Logarithm of the e-value against it from earlier judgements, nats; 0 without any.
-    pub log_e_value: f64,
     /// Widths of smoothed jumps that an earlier plan has chosen, by the text of their argument; empty without one.
     pub widths: BTreeMap<String, f64>,
 }
@@ -21,6 +19,6 @@ pub struct Source {
 impl Source {
     /// An explanation of which no earlier plan knows anything.
     pub fn new(name: impl Into<String>, model: Model) -> Self {
-        Self { name: name.into(), model, log_weight: 0.0, log_e_value: 0.0, widths: BTreeMap::new() }
+        Self { name: name.into(), model, log_weight: 0.0, widths: BTreeMap::new() }
     }
 }

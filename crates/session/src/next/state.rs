@@ -11,7 +11,7 @@ use std::path::Path;
 /// Name of the file in the folder of a plan.
 const PLAN: &str = "plan.json";
 /// Version of the format.
-const SCHEMA: &str = "augsim-next-2";
+const SCHEMA: &str = "augsim-next-3";
 
 /// An explanation with its evidence from the runs that were heard.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -20,8 +20,6 @@ pub struct Explained {
     pub name: String,
     /// Logarithm of the prior weight, nats, up to a constant.
     pub log_weight: f64,
-    /// Logarithm of the e-value against the explanation before the plan, nats.
-    pub log_e_value_before: f64,
     /// Log density of the runs that were heard, nats.
     pub log_density: f64,
     /// Logarithm of the largest likelihood of these runs, nats.
@@ -92,7 +90,11 @@ pub struct PromiseOf {
     pub share: f64,
     /// Log odds, nats, that they reach in nine of ten cases, whichever explanation is true.
     pub log_odds: f64,
-    /// For each explanation as the truth, the log odds, nats, that nine of ten cases reach after each run.
+    /// Number of runs that were heard before the plan.
+    pub heard_before: usize,
+    /// Names of the explanations that are the truth in turn.
+    pub truths: Vec<String>,
+    /// For each of these, the log odds, nats, that nine of ten cases reach after each run.
     pub log_odds_by_truth: Vec<Vec<f64>>,
     /// The same for the share of cases that reach the required odds.
     pub share_by_truth: Vec<Vec<f64>>,
@@ -125,24 +127,31 @@ pub struct Recording {
     pub outputs: Vec<Vec<Option<f64>>>,
     /// Times, s, and values of each input.
     pub inputs: Vec<(Vec<f64>, Vec<f64>)>,
+    /// Values of the constants of the recording, in the order of the model; `None` where not recorded.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub constants: Vec<Option<f64>>,
 }
 
 impl Recording {
     /// Keeps the samples and inputs of a record.
     pub(super) fn of(record: &Record) -> Self {
-        let finite = |values: &Vec<f64>| values.iter().map(|v| v.is_finite().then_some(*v)).collect();
+        let finite =
+            |values: &Vec<f64>| -> Vec<_> { values.iter().map(|v| v.is_finite().then_some(*v)).collect() };
         let input = |s: &Stream| (s.times.clone(), s.values.first().cloned().unwrap_or_default());
         Self {
             id: record.id.clone(),
             times_s: record.times.clone(),
             outputs: record.values.iter().map(finite).collect(),
             inputs: record.inputs.iter().map(input).collect(),
+            constants: finite(&record.covariates),
         }
     }
 
     /// The record of these samples.
     pub(super) fn record(&self) -> Record {
-        let values = |column: &Vec<Option<f64>>| column.iter().map(|v| v.unwrap_or(f64::NAN)).collect();
+        let values = |column: &Vec<Option<f64>>| -> Vec<f64> {
+            column.iter().map(|v| v.unwrap_or(f64::NAN)).collect()
+        };
         let stream = |(times, values): &(Vec<f64>, Vec<f64>)| Stream {
             times: times.clone(),
             values: vec![values.clone()],
@@ -152,6 +161,7 @@ impl Recording {
             times: self.times_s.clone(),
             values: self.outputs.iter().map(values).collect(),
             inputs: self.inputs.iter().map(stream).collect(),
+            covariates: values(&self.constants),
             ..Record::default()
         }
     }
@@ -177,6 +187,8 @@ pub struct State {
     pub plan: Vec<PlannedRun>,
     /// The promise of the plan; `None` for a single explanation.
     pub promise: Option<PromiseOf>,
+    /// Earlier recordings that the explanations were fitted to, for tests of the explanations.
+    pub earlier: Vec<Recording>,
     /// The runs that were heard since the explanations were fitted.
     pub heard: Vec<HeardRun>,
     /// Dispersion of the standardised prediction errors of the best explanation; 1 without excess.
@@ -195,6 +207,7 @@ impl State {
             explanations,
             plan: Vec::new(),
             promise: None,
+            earlier: Vec::new(),
             heard: Vec::new(),
             dispersion: 1.0,
         }
@@ -231,26 +244,41 @@ impl State {
         Ok(augsim_equations::model::parse(&first.model_toml, &first.file)?)
     }
 
-    /// The explanations before the runs that were heard.
-    pub(super) fn planned_sources(&self) -> anyhow::Result<Vec<Source>> {
-        let source = |e: &Explained| e.source(&e.planned_toml, e.log_weight, e.log_e_value_before);
-        self.explanations.iter().map(source).collect()
+    /// The earlier recordings.
+    pub fn earlier_records(&self) -> Vec<Record> {
+        self.earlier.iter().map(Recording::record).collect()
     }
 
-    /// The explanations that are not rejected, with their weights and e-values after all data.
+    /// The recordings of the runs that were heard.
+    pub fn heard_records(&self) -> Vec<Record> {
+        self.heard.iter().map(|run| run.recording.record()).collect()
+    }
+
+    /// The explanations before the runs that were heard.
+    ///
+    /// # Errors
+    /// A model of the plan cannot be read.
+    pub fn planned_sources(&self) -> anyhow::Result<Vec<Source>> {
+        self.explanations.iter().map(|e| e.source(&e.planned_toml, e.log_weight)).collect()
+    }
+
+    /// The explanations that are not rejected, with their weights after all data.
     pub(super) fn live_sources(&self) -> anyhow::Result<Vec<Source>> {
-        let source = |e: &Explained| {
-            e.source(&e.model_toml, e.log_weight + e.log_density / self.dispersion, e.log_e_value)
-        };
+        let source = |e: &Explained| e.source(&e.model_toml, e.log_weight + e.log_density / self.dispersion);
         self.explanations.iter().filter(|e| !e.rejected).map(source).collect()
+    }
+
+    /// Names of the explanations that are not rejected.
+    pub(super) fn live_names(&self) -> Vec<&str> {
+        self.explanations.iter().filter(|e| !e.rejected).map(|e| e.name.as_str()).collect()
     }
 }
 
 impl Explained {
-    /// The explanation with the values of one of its model files, and its log weight and log e-value with them.
-    fn source(&self, toml: &str, log_weight: f64, log_e_value: f64) -> anyhow::Result<Source> {
+    /// The explanation with the values of one of its model files, and its log weight with them.
+    fn source(&self, toml: &str, log_weight: f64) -> anyhow::Result<Source> {
         let model = augsim_equations::model::parse(toml, &self.file)?;
-        Ok(Source { name: self.name.clone(), model, log_weight, log_e_value, widths: self.widths.clone() })
+        Ok(Source { name: self.name.clone(), model, log_weight, widths: self.widths.clone() })
     }
 }
 

@@ -36,7 +36,7 @@ pub(super) fn runs_text(count: usize) -> String {
 
 /// Names of the explanations, joined by `from`.
 fn names(state: &State) -> String {
-    let names: Vec<&str> = state.explanations.iter().map(|e| e.name.as_str()).collect();
+    let names = state.live_names();
     match names[..] {
         [one] => one.to_owned(),
         [first, second] => format!("{first} from {second}"),
@@ -144,8 +144,7 @@ pub(super) fn listen_sentence(state: &State) -> String {
     let (Some(leader), Some(last)) = (leader, state.heard.last()) else {
         return "No run was heard.".to_owned();
     };
-    let left: Vec<&str> =
-        state.explanations.iter().filter(|e| !e.rejected).map(|e| e.name.as_str()).collect();
+    let left = state.live_names();
     let mut text = match (state.verdict.as_str(), &left[..]) {
         ("enough", [one]) => {
             format!(
@@ -172,10 +171,11 @@ pub(super) fn listen_sentence(state: &State) -> String {
             left.join(" and ")
         ),
     };
-    if let Some(p) = state.promise.as_ref().filter(|_| state.explanations.len() > 1) {
-        let index = state.explanations.iter().position(|e| e.name == leader.name).unwrap_or(0);
-        let run = heard.clamp(1, p.runs.max(1)) - 1;
-        if let Some(promised) = p.log_odds_by_truth.get(index).and_then(|t| t.get(run)) {
+    let promised_after = state.promise.as_ref().filter(|p| heard > p.heard_before);
+    if let Some(p) = promised_after {
+        let run = (heard - p.heard_before).min(p.runs.max(1)) - 1;
+        let index = p.truths.iter().position(|name| *name == leader.name);
+        if let Some(promised) = index.and_then(|i| p.log_odds_by_truth.get(i)?.get(run)) {
             let most = state.heard.iter().map(|h| h.log_odds).fold(f64::NEG_INFINITY, f64::max);
             // Writing to a string cannot fail.
             let _ = write!(

@@ -1,0 +1,88 @@
+//! Plans judged by recordings without noise: what each drawn truth says against each rival after the planned runs.
+//!
+//! The log odds are those of the judgement, ln p_i - ln q_j of `evidence.rs`, with full refits of the rival to the earlier
+//! recordings and all planned runs together. They include what the truth pays for its unknown parameters.
+
+use crate::candidate::Experiment;
+use crate::error::DesignError;
+use crate::evidence::Evidence;
+use crate::explanation::Explanation;
+use augsim_system::Record;
+use rayon::prelude::*;
+
+/// A sequence of recordings without noise, of one truth with drawn parameters.
+#[derive(Clone)]
+struct Sequence {
+    /// Index of the truth.
+    truth: usize,
+    /// Values of all parameters of the truth.
+    values: Vec<f64>,
+    /// Evidence of each explanation after the recordings.
+    evidence: Vec<Evidence>,
+}
+
+/// Sequences of all truths and draws.
+pub(crate) struct NoiseFree<'a> {
+    explanations: &'a [Explanation],
+    sequences: Vec<Sequence>,
+}
+
+impl<'a> NoiseFree<'a> {
+    /// No planned run yet; `draws` has the parameter values of each truth, `[truth][draw]`.
+    pub fn new(explanations: &'a [Explanation], evidence: &[Evidence], draws: &[Vec<Vec<f64>>]) -> Self {
+        let of_truth = |(truth, draws): (usize, &Vec<Vec<f64>>)| -> Vec<Sequence> {
+            let mut evidence = evidence.to_vec();
+            evidence[truth] = evidence[truth].density_only();
+            let sequence =
+                |values: &Vec<f64>| Sequence { truth, values: values.clone(), evidence: evidence.clone() };
+            draws.iter().map(sequence).collect()
+        };
+        Self { explanations, sequences: draws.iter().enumerate().flat_map(of_truth).collect() }
+    }
+
+    /// Log odds of each truth against each rival, nats, `[truth][rival][draw]`; empty lists on the diagonal.
+    pub fn log_odds(&self) -> Vec<Vec<Vec<f64>>> {
+        let count = self.explanations.len();
+        let mut odds = vec![vec![Vec::new(); count]; count];
+        for sequence in &self.sequences {
+            let of_truth = sequence.evidence[sequence.truth].log_density();
+            for j in (0..count).filter(|j| *j != sequence.truth) {
+                odds[sequence.truth][j].push(of_truth - sequence.evidence[j].log_maximum());
+            }
+        }
+        odds
+    }
+
+    /// The sequences with one more run.
+    ///
+    /// # Errors
+    /// The run cannot be simulated or judged.
+    pub fn with_run(&self, experiment: &Experiment) -> Result<Self, DesignError> {
+        let record = experiment.record("design");
+        let extended = |sequence: &Sequence| -> Result<Sequence, DesignError> {
+            let recording = self.recording(sequence, experiment, &record)?;
+            let mut sequence = sequence.clone();
+            for evidence in &mut sequence.evidence {
+                evidence.add(&recording)?;
+            }
+            Ok(sequence)
+        };
+        let sequences = self.sequences.par_iter().map(extended).collect::<Result<_, _>>()?;
+        Ok(Self { explanations: self.explanations, sequences })
+    }
+
+    /// The recording of a run without noise.
+    fn recording(
+        &self,
+        sequence: &Sequence,
+        experiment: &Experiment,
+        record: &Record,
+    ) -> Result<Record, DesignError> {
+        let truth = &self.explanations[sequence.truth];
+        let prepared = truth.prepare(record)?;
+        let rough = prepared.windows.first().map_or(&[][..], |w| &w.start);
+        let run = truth.simulate(&prepared, &sequence.values, &experiment.start_of(truth, rough), &[])?;
+        let path = |o: usize| (0..run.samples()).map(|k| run.value(k, o)).collect();
+        Ok(Record { values: (0..truth.outputs).map(path).collect(), ..record.clone() })
+    }
+}
