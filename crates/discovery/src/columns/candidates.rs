@@ -45,7 +45,7 @@ pub(crate) fn library_candidates(data: &Measured, blocks: &Blocks, family: Famil
         let carrier = effect.joins.as_ref().map(|join| join.kind.as_str());
         [Some(effect.kind.as_str()), carrier].into_iter().flatten().all(|kind| data.effects.allows(kind))
     };
-    // In a single recording a law of time cannot be told from the course of a hidden state after the start.
+    // In a single recording a law of time cannot be distinguished from the course of a hidden state.
     let is_testable = |i: &usize| {
         let domain = system.library()[*i].formula_domain.as_ref();
         data.recordings.len() > 1 || domain.is_none_or(|domain| domain.variable.name != TIME)
