@@ -257,6 +257,5 @@ pub(crate) fn start_readings(e: &Explanation, columns: &Columns, start: &Start) 
 /// Whether the model declares a distribution of the initial value of a state.
 fn has_declared_prior(e: &Explanation, state: usize) -> bool {
     let initial = e.system.schema().states.get(state).map(|s| s.initial);
-    use InitialValue::{Prior, PriorAboutExpression, PriorAboutRecord};
-    matches!(initial, Some(Prior(..) | PriorAboutExpression(_) | PriorAboutRecord(_)))
+    matches!(initial, Some(InitialValue::Prior(..) | InitialValue::PriorAboutExpression(_)))
 }

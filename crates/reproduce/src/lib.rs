@@ -8,7 +8,6 @@ mod filtered;
 mod league;
 mod next;
 mod reproduction;
-mod rigs;
 mod robots;
 mod systems;
 mod tables;
