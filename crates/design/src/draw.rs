@@ -67,10 +67,19 @@ pub(crate) fn draw_run(
 /// # Errors
 /// The explanation cannot be simulated.
 pub fn nominal_run(explanation: &Explanation, experiment: &Experiment) -> Result<Vec<Vec<f64>>, DesignError> {
-    let prepared = explanation.prepare(&experiment.record("nominal"))?;
+    noise_free_run(explanation, &explanation.values, experiment)
+}
+
+/// Simulates the outputs of an experiment at these parameter values, without noise, `[output][sample]`.
+pub(crate) fn noise_free_run(
+    explanation: &Explanation,
+    values: &[f64],
+    experiment: &Experiment,
+) -> Result<Vec<Vec<f64>>, DesignError> {
+    let prepared = explanation.prepare(&experiment.record("without noise"))?;
     let rough = prepared.windows.first().map_or(&[][..], |w| &w.start);
     let start = experiment.start_of(explanation, rough);
-    let out = explanation.simulate(&prepared, &explanation.values, &start, &[])?;
+    let out = explanation.simulate(&prepared, values, &start, &[])?;
     Ok((0..explanation.outputs).map(|o| (0..out.samples()).map(|k| out.value(k, o)).collect()).collect())
 }
 

@@ -33,7 +33,7 @@
 use crate::error::DesignError;
 use crate::explanation::Explanation;
 use crate::joint::Joint;
-use crate::posterior::with_prior;
+use crate::posterior::{after_recordings_from, with_prior};
 use crate::verdict::{Tally, log_sum};
 use augsim_system::Record;
 
@@ -108,9 +108,7 @@ impl Half {
     /// A half of the earlier recordings after the other half, from a prior as wide as the bounds.
     fn new(wide: &(Explanation, Vec<f64>), half: &[Record], other: &[Record]) -> Result<Self, DesignError> {
         let (broad, start) = wide;
-        let mut before = Joint::new(broad, 1.0, start.clone());
-        before.add_all(other)?;
-        let mut mixture = Mixture::new(&before.updated(), Some(wide.clone()));
+        let mut mixture = Mixture::new(&after_recordings_from(wide, other)?, Some(wide.clone()));
         mixture.add_all(half)?;
         let mut maximum = Joint::new(broad, BOUNDS_WEIGHT, start.clone());
         maximum.add_all(half)?;

@@ -4,6 +4,7 @@
 //! recordings and all planned runs together. They include what the truth pays for its unknown parameters.
 
 use crate::candidate::Experiment;
+use crate::draw::noise_free_run;
 use crate::error::DesignError;
 use crate::evidence::Evidence;
 use crate::explanation::Explanation;
@@ -25,6 +26,8 @@ struct Sequence {
 pub(crate) struct NoiseFree<'a> {
     explanations: &'a [Explanation],
     sequences: Vec<Sequence>,
+    /// Log odds of each truth against each rival, nats, `[truth][rival][draw]`; empty lists on the diagonal.
+    pub log_odds: Vec<Vec<Vec<f64>>>,
 }
 
 impl<'a> NoiseFree<'a> {
@@ -37,20 +40,20 @@ impl<'a> NoiseFree<'a> {
                 |values: &Vec<f64>| Sequence { truth, values: values.clone(), evidence: evidence.clone() };
             draws.iter().map(sequence).collect()
         };
-        Self { explanations, sequences: draws.iter().enumerate().flat_map(of_truth).collect() }
+        Self::judged(explanations, draws.iter().enumerate().flat_map(of_truth).collect())
     }
 
-    /// Log odds of each truth against each rival, nats, `[truth][rival][draw]`; empty lists on the diagonal.
-    pub fn log_odds(&self) -> Vec<Vec<Vec<f64>>> {
-        let count = self.explanations.len();
-        let mut odds = vec![vec![Vec::new(); count]; count];
-        for sequence in &self.sequences {
+    /// Sequences with their log odds.
+    fn judged(explanations: &'a [Explanation], sequences: Vec<Sequence>) -> Self {
+        let count = explanations.len();
+        let mut log_odds = vec![vec![Vec::new(); count]; count];
+        for sequence in &sequences {
             let of_truth = sequence.evidence[sequence.truth].log_density();
             for j in (0..count).filter(|j| *j != sequence.truth) {
-                odds[sequence.truth][j].push(of_truth - sequence.evidence[j].log_maximum());
+                log_odds[sequence.truth][j].push(of_truth - sequence.evidence[j].log_maximum());
             }
         }
-        odds
+        Self { explanations, sequences, log_odds }
     }
 
     /// The sequences with one more run.
@@ -60,7 +63,9 @@ impl<'a> NoiseFree<'a> {
     pub fn with_run(&self, experiment: &Experiment) -> Result<Self, DesignError> {
         let record = experiment.record("design");
         let extended = |sequence: &Sequence| -> Result<Sequence, DesignError> {
-            let recording = self.recording(sequence, experiment, &record)?;
+            let truth = &self.explanations[sequence.truth];
+            let values = noise_free_run(truth, &sequence.values, experiment)?;
+            let recording = Record { values, ..record.clone() };
             let mut sequence = sequence.clone();
             for evidence in &mut sequence.evidence {
                 evidence.add(&recording)?;
@@ -68,21 +73,6 @@ impl<'a> NoiseFree<'a> {
             Ok(sequence)
         };
         let sequences = self.sequences.par_iter().map(extended).collect::<Result<_, _>>()?;
-        Ok(Self { explanations: self.explanations, sequences })
-    }
-
-    /// The recording of a run without noise.
-    fn recording(
-        &self,
-        sequence: &Sequence,
-        experiment: &Experiment,
-        record: &Record,
-    ) -> Result<Record, DesignError> {
-        let truth = &self.explanations[sequence.truth];
-        let prepared = truth.prepare(record)?;
-        let rough = prepared.windows.first().map_or(&[][..], |w| &w.start);
-        let run = truth.simulate(&prepared, &sequence.values, &experiment.start_of(truth, rough), &[])?;
-        let path = |o: usize| (0..run.samples()).map(|k| run.value(k, o)).collect();
-        Ok(Record { values: (0..truth.outputs).map(path).collect(), ..record.clone() })
+        Ok(Self::judged(self.explanations, sequences))
     }
 }

@@ -15,8 +15,15 @@ const PRIOR_ERRORS: f64 = 100.0;
 /// # Errors
 /// A recording cannot be simulated at the fitted values.
 pub fn after_recordings(explanation: &Explanation, records: &[Record]) -> Result<Explanation, DesignError> {
-    let (broad, start) = with_prior(explanation);
-    let mut joint = Joint::new(&broad, 1.0, start);
+    after_recordings_from(&with_prior(explanation), records)
+}
+
+/// As [`after_recordings`], from a prior and the start of the search in it, as [`with_prior`] gives them.
+pub(crate) fn after_recordings_from(
+    (broad, start): &(Explanation, Vec<f64>),
+    records: &[Record],
+) -> Result<Explanation, DesignError> {
+    let mut joint = Joint::new(broad, 1.0, start.clone());
     joint.add_all(records)?;
     Ok(joint.updated())
 }

@@ -82,7 +82,8 @@ pub fn design(request: &Request<'_>) -> Result<Vec<Run>, DesignError> {
     let count = request.explanations.len();
     let sufficient = sufficient_mean(request.odds.ln());
     let mut explanations = request.explanations.to_vec();
-    let mut sequences = noise_free_sequences(request, sufficient);
+    let draws = draws(request.explanations, request.seed);
+    let mut sequences = NoiseFree::new(request.explanations, request.evidence, &draws);
     let mut runs = Vec::new();
     while runs.len() < request.budget.max(1) {
         let study = study(&explanations, request, sufficient);
@@ -94,19 +95,13 @@ pub fn design(request: &Request<'_>) -> Result<Vec<Run>, DesignError> {
             sequences = sequences.with_run(&best.experiment)?;
         }
         runs.push(run_of(best));
-        let planned = means(&sequences.log_odds());
+        let planned = means(&sequences.log_odds);
         let is_separated = |i: usize, j: usize| i == j || planned[i][j] >= sufficient;
         if count > 1 && (0..count).all(|i| (0..count).all(|j| is_separated(i, j))) {
             break;
         }
     }
     Ok(runs)
-}
-
-/// Recordings without noise of drawn truths, before any planned run.
-fn noise_free_sequences<'a>(request: &Request<'a>, sufficient: f64) -> NoiseFree<'a> {
-    let draws = study(request.explanations, request, sufficient).draws;
-    NoiseFree::new(request.explanations, request.evidence, &draws)
 }
 
 /// Means over the draws, `[truth][rival]`.
@@ -124,7 +119,7 @@ pub fn random_run(request: &Request<'_>, number: u64) -> Result<Run, DesignError
     for attempt in 0..CANDIDATES {
         let mut rng = random_stream(request.seed, "random design", number * CANDIDATES + attempt);
         let Some(scored) = study.score(&Candidate::random(request.limits, &mut rng)) else { continue };
-        let sequences = noise_free_sequences(request, study.sufficient);
+        let sequences = NoiseFree::new(request.explanations, request.evidence, &study.draws);
         return Ok(run_of(within_limits(&study, &sequences, scored, request)?));
     }
     Err(no_design(request.limits))
@@ -134,8 +129,8 @@ pub fn random_run(request: &Request<'_>, number: u64) -> Result<Run, DesignError
 /// simulated.
 pub fn choose(request: &Request<'_>, pool: &[Experiment]) -> Option<usize> {
     let study = study(request.explanations, request, sufficient_mean(request.odds.ln()));
-    let sequences = noise_free_sequences(request, study.sufficient);
-    let planned = means(&sequences.log_odds());
+    let sequences = NoiseFree::new(request.explanations, request.evidence, &study.draws);
+    let planned = means(&sequences.log_odds);
     let scored = |(index, experiment): (usize, &Experiment)| {
         let scored = study.score_experiment(experiment)?;
         Some((study.value(&scored, &planned), (index, scored)))
@@ -176,29 +171,34 @@ fn run_of(scored: Scored) -> Run {
     }
 }
 
-/// Draws the parameters with which candidates are scored.
+/// The context in which candidates are scored.
 fn study<'a>(explanations: &'a [Explanation], request: &Request<'a>, sufficient: f64) -> Study<'a> {
-    let draws = |(index, e): (usize, &Explanation)| {
-        let drawn = (1..SCORE_DRAWS).map(|k| {
-            let mut rng = random_stream(request.seed, "design draws", ((index as u64) << 32) + k);
-            draw_values(e, &mut rng)
-        });
-        std::iter::once(e.values.clone()).chain(drawn).collect()
-    };
     Study {
         explanations,
         limits: request.limits,
         weights: weights(explanations),
-        draws: explanations.iter().enumerate().map(draws).collect(),
+        draws: draws(explanations, request.seed),
         sufficient,
     }
+}
+
+/// Draws the parameters with which candidates are scored, `[explanation][draw]`; the first are the fitted values.
+fn draws(explanations: &[Explanation], seed: u64) -> Vec<Vec<Vec<f64>>> {
+    let of_explanation = |(index, e): (usize, &Explanation)| {
+        let drawn = (1..SCORE_DRAWS).map(|k| {
+            let mut rng = random_stream(seed, "design draws", ((index as u64) << 32) + k);
+            draw_values(e, &mut rng)
+        });
+        std::iter::once(e.values.clone()).chain(drawn).collect()
+    };
+    explanations.iter().enumerate().map(of_explanation).collect()
 }
 
 /// The best of random candidates after refinement; `None` if no candidate is within the limits.
 ///
 /// All candidates are scored with linear refits of the rivals, the best of them with full refits.
 fn best_of(study: &Study<'_>, sequences: &NoiseFree<'_>, seed: u64, run: u64) -> Option<Scored> {
-    let planned = means(&sequences.log_odds());
+    let planned = means(&sequences.log_odds);
     let scored = |k: u64| {
         let mut rng = random_stream(seed, "design", run * CANDIDATES + k);
         let scored = study.score(&Candidate::random(study.limits, &mut rng))?;
@@ -215,15 +215,14 @@ fn best_of(study: &Study<'_>, sequences: &NoiseFree<'_>, seed: u64, run: u64) ->
 /// A candidate with full refits instead of formula (1), and its value; `None` if a refit fails.
 ///
 /// A single explanation has no rivals to refit.
-fn full_score(study: &Study<'_>, sequences: &NoiseFree<'_>, scored: Scored) -> Option<(f64, Scored)> {
-    let before = sequences.log_odds();
-    let mut scored = scored;
+fn full_score(study: &Study<'_>, sequences: &NoiseFree<'_>, mut scored: Scored) -> Option<(f64, Scored)> {
+    let before = &sequences.log_odds;
     if study.explanations.len() > 1 {
-        scored.log_odds = sequences.with_run(&scored.experiment).ok()?.log_odds();
+        scored.log_odds = sequences.with_run(&scored.experiment).ok()?.log_odds;
         let all = scored.log_odds.iter_mut().flatten().flatten();
         all.zip(before.iter().flatten().flatten()).for_each(|(odds, before)| *odds -= before);
     }
-    Some((study.value(&scored, &means(&before)), scored))
+    Some((study.value(&scored, &means(before)), scored))
 }
 
 /// Improves a candidate coordinate by coordinate.

@@ -31,20 +31,13 @@ impl Known {
             [folder] if !has_data => State::read_if_there(folder)?,
             _ => None,
         };
-        Ok(match continued {
-            Some(state) => Self {
-                sources: state.planned_sources()?,
-                records: [state.earlier_records(), state.heard_records()].concat(),
-                continued: Some(state),
-                is_estimated_again: false,
-            },
-            None => Self {
-                sources: sources(explanations)?,
-                continued: None,
-                records: Vec::new(),
-                is_estimated_again: false,
-            },
-        })
+        let (sources, records) = match &continued {
+            Some(state) => {
+                (state.planned_sources()?, [state.earlier_records(), state.heard_records()].concat())
+            }
+            None => (sources(explanations)?, Vec::new()),
+        };
+        Ok(Self { sources, continued, records, is_estimated_again: false })
     }
 
     /// Whether an earlier plan is gone on with, which has its own recordings.
@@ -73,7 +66,7 @@ impl Known {
     /// Designs runs within the limits of a file, and promises their odds.
     ///
     /// # Errors
-    /// As [`read_limits`] and [`plan`].
+    /// As [`read_limits`]; or a model cannot be used, or no input keeps all explanations within the limits.
     pub fn plan(&self, limits: Option<&Path>, options: PlanOptions) -> anyhow::Result<Planned> {
         let limits = read_limits(limits, default_limits(self.model(), &self.records)?, &self.sources)?;
         plan(&PlanRequest {

@@ -91,7 +91,7 @@ pub(super) fn compiled(sources: &[Source], tuning: &Tuning) -> anyhow::Result<Ve
 ///
 /// # Errors
 /// A model cannot be used, or no input keeps all explanations within the limits.
-pub fn plan(request: &PlanRequest<'_>) -> anyhow::Result<Planned> {
+pub(super) fn plan(request: &PlanRequest<'_>) -> anyhow::Result<Planned> {
     let PlanOptions { budget, odds, sequences, seed } = request.options;
     let mut state = match request.continued {
         Some(state) => State { plan: Vec::new(), verdict: "plan".to_owned(), ..state.clone() },
@@ -251,7 +251,7 @@ fn csv(run: &Run, limits: &Limits) -> String {
 /// Integration steps are chosen on `tuning`, recordings whose outputs are not used.
 ///
 /// # Errors
-/// As [`plan`].
+/// A model has no fitted uncertainty or no noise, or cannot be compiled or simulated.
 pub fn evidence(sources: &[Source], records: &[Record], tuning: &[Record]) -> anyhow::Result<Vec<Evidence>> {
     let blank = |r: &Record| {
         let mut blank = r.clone();
