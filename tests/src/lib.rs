@@ -19,6 +19,7 @@ pub mod operations;
 pub mod push_battery;
 pub mod random;
 pub mod sealed;
+pub mod sealed_memory;
 pub mod sealed_push;
 pub mod sealed_systems;
 pub mod traps;

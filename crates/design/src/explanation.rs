@@ -99,8 +99,10 @@ impl Explanation {
     /// States without a declared prior get `broad`, in units of their size; the first samples of a record replace it.
     pub(crate) fn start_sd(&self, count: usize, broad: f64) -> Vec<Option<f64>> {
         let sd = |state: &augsim_system::State| match state.initial {
-            InitialValue::Fixed(_) => None,
-            InitialValue::Prior(_, sd) | InitialValue::PriorAboutExpression(sd) => Some(sd),
+            InitialValue::Fixed(_) | InitialValue::FromRecord => None,
+            InitialValue::Prior(_, sd)
+            | InitialValue::PriorAboutExpression(sd)
+            | InitialValue::PriorAboutRecord(sd) => Some(sd),
             InitialValue::Free | InitialValue::Measured(_) => Some(broad),
         };
         self.system.schema().states.iter().take(count).map(sd).collect()

@@ -257,5 +257,6 @@ pub(crate) fn start_readings(e: &Explanation, columns: &Columns, start: &Start) 
 /// Whether the model declares a distribution of the initial value of a state.
 fn has_declared_prior(e: &Explanation, state: usize) -> bool {
     let initial = e.system.schema().states.get(state).map(|s| s.initial);
-    matches!(initial, Some(InitialValue::Prior(..) | InitialValue::PriorAboutExpression(_)))
+    use InitialValue::{Prior, PriorAboutExpression, PriorAboutRecord};
+    matches!(initial, Some(Prior(..) | PriorAboutExpression(_) | PriorAboutRecord(_)))
 }

@@ -198,6 +198,11 @@ impl Addition {
         }
     }
 
+    /// Whether the addition depends on the past: it has states of its own, or is a delay.
+    pub fn depends_on_past(&self) -> bool {
+        self.listed().is_some_and(|effect| effect.depends_on_past)
+    }
+
     /// Whether this addition and `other` are forms of the same effect.
     ///
     /// They are if they exclude each other, or if one becomes the other at null values of some parameters.

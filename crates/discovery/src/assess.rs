@@ -44,7 +44,7 @@ pub fn assess(
 ) -> Result<Assessment, DiscoveryError> {
     let prepared = prepare(model, data, options)?;
     let (view, base) = calibrate_windows(&prepared, &prepared.searched);
-    let search = Search::new(&view, &[Family::Library], &prepared.clock);
+    let search = Search::new(&view, &[Family::Library, Family::Memory], &prepared.clock);
     let system: &dyn System = &*prepared.data.system;
     let additions: Vec<Addition> = kinds
         .iter()

@@ -9,7 +9,7 @@ use crate::examples::examples;
 use crate::fit::{fit, fit_nuisance};
 use crate::formulas::search_formulas;
 use crate::interim::interim;
-use crate::judge::{self, WithdrawalReason, add_tables, judge_findings, test_residuals};
+use crate::judge::{self, WithdrawalReason, add_tables, judge_findings, test_memory, test_residuals};
 use crate::options::{Monotone, Observer, Options, Progress};
 use crate::prepare::{Prepared, prepare, residual_sds};
 use crate::random_effect_test::{self, find_random_effect};
@@ -20,7 +20,7 @@ use crate::score::Scored;
 use crate::search::{
     Penalty, Search, SearchResult, calibrate_windows, choose_window_length, complete, refit_on,
 };
-use crate::stages::{Judged, SearchStage, search_in};
+use crate::stages::{Judged, SearchStage, search_in, search_with};
 use augsim_data::checks::{CheckedData, check_data};
 use augsim_data::{DataError, Dataset};
 use augsim_system::Declaration;
@@ -123,7 +123,11 @@ fn search(
     observer: &mut dyn Observer,
 ) -> SearchStage {
     observer.report(Progress::Calibration);
-    let families = vec![if options.library { Family::Library } else { Family::Grammar }];
+    let families = match (options.library, options.effects.is_closed()) {
+        (true, true) => vec![Family::Library, Family::Memory],
+        (true, false) => vec![Family::Library],
+        (false, _) => vec![Family::Grammar],
+    };
     let (view, base) = calibrate_windows(prepared, &prepared.searched);
     let calibrated = SearchStage {
         view: view.clone(),
@@ -136,6 +140,7 @@ fn search(
     };
     let mut searched =
         search_in(prepared, view, &families, base, Vec::new(), &mut |share| report_share(observer, share));
+    searched = search_memory(prepared, searched);
     for _ in 0..REPEATS {
         let best = searched.found.best().fit.clone();
         let residual_sd = residual_sds(&searched.view.sample(), &best);
@@ -153,10 +158,26 @@ fn search(
             break;
         }
         let shares = &mut |share| report_share(observer, share);
-        searched = search_in(prepared, view, &families, base, vec![best_set], shares);
+        searched = search_in(prepared, view, &searched.families, base, vec![best_set], shares);
+        searched = search_memory(prepared, searched);
     }
     report_interim(model, prepared, &searched, None, options, observer);
     search_formulas(prepared, searched, options, observer)
+}
+
+/// Repeats the search with effects that depend on the past, if the residuals exceed the noise or depend on the past, or if
+/// laws of present values were found. Each may be an imitation of the other.
+fn search_memory(prepared: &Prepared, mut searched: SearchStage) -> SearchStage {
+    let is_possible =
+        searched.families.contains(&Family::Library) && !searched.families.contains(&Family::Memory);
+    if !is_possible || prepared.clock.is_over() {
+        return searched;
+    }
+    let named = searched.named_set(prepared);
+    let is_needed = !named.additions().is_empty()
+        || searched.exceeds_noise(prepared, &named)
+        || test_memory(&searched.search(prepared), searched.found.best()).is_significant();
+    if is_needed { search_with(prepared, &searched, Family::Memory) } else { searched }
 }
 
 /// Selects the established effects, tests the residuals that they leave, and derives the verdict.
@@ -231,6 +252,12 @@ fn withdraw_unsupported(
     let adds = searched.found.sets[judged.best].additions().iter().any(changes_predictions);
     let table = errors.lists.first(schema, 0, 0.0);
     match judge::reason_from_errors(&table, prepared.spread(), adds, schema.primary_unit()) {
+        Some(WithdrawalReason::NotThisSystem(_)) if prepared.data.recordings.len() == 1 => {
+            // The parts of one recording predict each other. That extrapolates: a model that lacks a slow state can predict
+            // worse than the mean although it is of the right system.
+            withdraw_findings(judged, Verdict::Unknown);
+            adds
+        }
         Some(WithdrawalReason::NotThisSystem(why)) => {
             withdraw_findings(judged, Verdict::NotThisSystem);
             judged.withdrawal_reason = Some(why);

@@ -26,8 +26,10 @@ pub(crate) struct Lanes {
     /// parameter.
     pub theta: Vec<usize>,
     pub extras: usize,
-    /// Indices of the states whose initial values are estimated.
+    /// Indices of the states whose initial values are estimated; those of effects come last.
     start: Vec<usize>,
+    /// Number of states of effects in `start`.
+    effect_starts: usize,
     /// Indices of the parameters with one value per record.
     local: Vec<usize>,
     /// Number of offsets of the events' parameter: one per event, one per record, or 0.
@@ -45,7 +47,10 @@ impl Lanes {
                 Per::Group => theta.push((f.index, range.start + record.data.group)),
             }
         }
+        let states = &h.system.schema().states;
         let start: Vec<usize> = h.system.schema().free_states().collect();
+        let is_of_effect = |i: &&usize| matches!(states[**i].initial, InitialValue::PriorAboutRecord(_));
+        let effect_starts = start.iter().filter(is_of_effect).count();
         let offsets = match h.scatter.map(|s| s.per) {
             None => 0,
             Some(ScatterPer::Record) => usize::from(!record.data.events.is_empty()),
@@ -60,6 +65,7 @@ impl Lanes {
             theta: theta.into_iter().map(|(_, t)| t).collect(),
             extras: extras.len(),
             start,
+            effect_starts,
             local,
             offsets,
         }
@@ -80,6 +86,12 @@ impl Lanes {
     /// offsets.
     pub fn initial_nuisance(&self, h: &Hypothesis, window: RecordWindow<'_>) -> Vec<f64> {
         let (record, rough) = (window.record, &window.window.start);
+        let mut rough = rough.clone();
+        if self.effect_starts > 0 {
+            let of_effects = h.system.effect_starts(&record.data, window.window.samples.start, &rough);
+            rough.resize(h.system.schema().states.len() - of_effects.len(), 0.0);
+            rough.extend(of_effects);
+        }
         let mut n: Vec<f64> = self.start.iter().map(|&i| rough.get(i).copied().unwrap_or(0.0)).collect();
         let event = h.system.schema().event.as_ref().map(|e| e.parameter);
         n.extend(self.local.iter().map(|&i| {
@@ -88,6 +100,22 @@ impl Lanes {
         }));
         n.extend(std::iter::repeat_n(0.0, self.offsets));
         n
+    }
+
+    /// Number of initial values of effects' states among a window's nuisances. Each has a prior in every window.
+    pub fn effect_starts(&self) -> usize {
+        self.effect_starts
+    }
+
+    /// Number of estimated initial values of states, those of effects included.
+    pub fn starts(&self) -> usize {
+        self.start.len()
+    }
+
+    /// Number of a window's nuisances that reduce the degrees of freedom of its residuals: initial values of
+    /// declared states and parameters of the record. Those of effects have priors, whose cost counts instead.
+    pub fn unpenalised_nuisances(&self) -> usize {
+        self.state_nuisances() - self.effect_starts
     }
 
     /// Number of a window's nuisances without the event offsets: initial states and parameters of the record.
@@ -136,6 +164,8 @@ impl<'a> Point<'a> {
         }
         let begins = system.schema().states.iter().map(|state| match state.initial {
             InitialValue::Fixed(value) => value,
+            // The system computes these from the record where they are not estimated.
+            InitialValue::FromRecord | InitialValue::PriorAboutRecord(_) => f64::NAN,
             _ => 0.0,
         });
         let mut start: Vec<f64> = begins.collect();
@@ -488,7 +518,7 @@ fn weigh_and_add_priors(
     events: Vec<Event>,
 ) -> NormalEquations {
     let Sums { mut h, mut g, squares: residual_norm_squared, terms } = sums;
-    let free: f64 = terms - lanes.state_nuisances() as f64;
+    let free: f64 = terms - lanes.unpenalised_nuisances() as f64;
     let freedom = free.max(1.0);
     let is_tolerance = window.record.is_tolerance;
     let (mut q, weight) = cost_and_weight(residual_norm_squared, freedom, is_tolerance);
@@ -509,7 +539,7 @@ impl Lanes {
     /// Order of derivatives that contains `count` initial states alone, for tests.
     pub fn of_starts(count: usize) -> Self {
         let (seeds, start) = ((0..count).map(Seed::Start).collect(), (0..count).collect());
-        Self { seeds, theta: Vec::new(), extras: 0, start, local: Vec::new(), offsets: 0 }
+        Self { seeds, theta: Vec::new(), extras: 0, start, effect_starts: 0, local: Vec::new(), offsets: 0 }
     }
 }
 
@@ -519,7 +549,17 @@ pub(crate) fn nuisance_priors(point: &Point<'_>, lanes: &Lanes, window: RecordWi
     // A prior of the initial state applies only to the beginning of the motion.
     let begins = window.window.samples.start == 0 && !window.record.data.is_mid_motion;
     let states = &point.system.schema().states;
+    let of_effects = match lanes.effect_starts {
+        0 => Vec::new(),
+        _ => point.system.effect_starts(&window.record.data, window.window.samples.start, &point.start),
+    };
     let start = |&state: &usize| match states[state].initial {
+        InitialValue::PriorAboutRecord(sd) => {
+            // States of effects are the last of the system.
+            let place = (state + of_effects.len()).checked_sub(states.len());
+            let mean = place.and_then(|place| of_effects.get(place));
+            mean.map_or((0.0, 0.0), |mean| (*mean, sd.powi(-2)))
+        }
         InitialValue::Prior(mean, sd) if begins => (mean, sd.powi(-2)),
         InitialValue::PriorAboutExpression(sd) if begins => {
             // The rough initial state is the value of the expression at the declared parameters and the first

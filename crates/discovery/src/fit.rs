@@ -102,8 +102,13 @@ fn initial_nuisances(
 ) -> Vec<Vec<f64>> {
     let initial = |(i, (lanes, &window)): (usize, (&Lanes, &RecordWindow<'_>))| match known.get(i) {
         Some(known) => {
-            // Nuisances of another hypothesis may have more or fewer offsets.
             let mut nuisance = known.clone();
+            let declared = lanes.starts() - lanes.effect_starts();
+            if lanes.effect_starts() > 0 && known.len() == declared {
+                // A fit without the effects does not have the initial values of their states.
+                nuisance.extend(lanes.initial_nuisance(h, window).into_iter().skip(declared));
+            }
+            // Nuisances of another hypothesis may have more or fewer offsets.
             nuisance.resize(lanes.nuisances(), 0.0);
             nuisance
         }

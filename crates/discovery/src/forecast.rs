@@ -152,7 +152,10 @@ fn measured_at(data: &Measured, record: &Record, sample: usize) -> Vec<f64> {
             record.data.values[channel][sample..].iter().copied().find(|v| v.is_finite()).unwrap_or(0.0)
         }
         InitialValue::Fixed(value) | InitialValue::Prior(value, _) => value,
-        InitialValue::Free | InitialValue::PriorAboutExpression(_) => 0.0,
+        InitialValue::Free
+        | InitialValue::PriorAboutExpression(_)
+        | InitialValue::FromRecord
+        | InitialValue::PriorAboutRecord(_) => 0.0,
     };
     data.system.schema().states.iter().map(measured).collect()
 }

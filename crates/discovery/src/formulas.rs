@@ -3,44 +3,42 @@
 use crate::addition::Addition;
 use crate::columns::Family;
 use crate::options::{Observer, Options, Progress};
-use crate::prepare::{Prepared, residual_sds};
-use crate::score::Scored;
-use crate::stages::{SearchStage, search_in};
+use crate::prepare::Prepared;
+use crate::search::Search;
+use crate::stages::{SearchStage, search_with};
 
-/// Ratio of residual standard deviation to noise above which formulas are searched; below it no prediction
-/// would improve.
-const BEYOND_NOISE: f64 = 1.1;
+/// Whether formulas may explain more than the set of effects that would be named: its residuals exceed the noise, or it
+/// depends on the past.
+///
+/// The best set may leave smaller residuals: it also has effects that are not significant. Hidden states have free initial
+/// values in every window, with which they imitate laws of present values.
+fn needs_formulas(prepared: &Prepared, searched: &mut SearchStage) -> bool {
+    let named = searched.named_set(prepared);
+    named.additions().iter().any(Addition::depends_on_past) || searched.exceeds_noise(prepared, &named)
+}
 
-/// Repeats the search with formulas as further candidates if the residuals exceed the noise. Keeps the first
+/// Repeats the search with formulas as further candidates where they may explain more. Keeps the first
 /// result unless the set of effects that is then named contains a formula.
 pub(crate) fn search_formulas(
     prepared: &Prepared,
-    searched: SearchStage,
+    mut searched: SearchStage,
     options: &Options,
     observer: &mut dyn Observer,
 ) -> SearchStage {
-    let exceeds_noise = || {
-        let residual_sd = residual_sds(&searched.view.sample(), &searched.found.best().fit);
-        residual_sd.iter().zip(&prepared.noise.sd).any(|(residual_sd, sd)| *residual_sd > BEYOND_NOISE * sd)
-    };
     let system = &*prepared.data.system;
     if !options.library
         || options.effects.is_closed()
         || !system.library().iter().any(|effect| effect.formula_domain.is_some())
         || prepared.clock.is_over()
-        || !exceeds_noise()
+        || !needs_formulas(prepared, &mut searched)
     {
         return searched;
     }
     observer.report(Progress::Formulas);
-    let families = [Family::Library, Family::Grammar];
-    let mut known_sets: Vec<Scored> = searched.found.sets.clone();
-    let base = known_sets.remove(0);
-    let mut with_grammar =
-        search_in(prepared, searched.view.clone(), &families, base, known_sets, &mut |_| {});
+    let mut with_grammar = search_with(prepared, &searched, Family::Grammar);
     let named = {
         let SearchStage { view, families, found } = &mut with_grammar;
-        let search = crate::search::Search::new(view, families, &prepared.clock);
+        let search = Search::new(view, families, &prepared.clock);
         if prepared.clock.is_over() {
             prepared.clock.end_search();
             crate::search::complete(&search, found);

@@ -11,6 +11,9 @@ use augsim_system::{
 use std::ops::Range;
 use std::sync::Arc;
 
+/// Share of a parameter's range within which it counts as being at a bound.
+const BOUND_SHARE: f64 = 1e-6;
+
 /// A parameter that fits estimate.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct FreeParameter {
@@ -70,6 +73,24 @@ fn fit_range(effect: &Effect, k: usize) -> (f64, f64) {
 }
 
 impl Hypothesis {
+    /// Name and bound of the first declared parameter that is at a bound other than 0; `None` if there is none. At a
+    /// bound of 0 a term is merely absent.
+    pub fn declared_parameter_at_bound(&self, theta: &[f64]) -> Option<(String, f64)> {
+        for (f, range) in self.entries() {
+            let fitted = &theta[range];
+            if f.addition.is_some() || f.per == Per::Trajectory {
+                continue;
+            }
+            let tolerance = BOUND_SHARE * (f.max - f.min);
+            for bound in [f.min, f.max].into_iter().filter(|b| *b != 0.0) {
+                if fitted.iter().any(|v| (v - bound).abs() <= tolerance) {
+                    return Some((self.system.quantity(f.index).name, bound));
+                }
+            }
+        }
+        None
+    }
+
     /// Creates the hypothesis of the declared model with these additions.
     pub fn new(data: &Measured, additions: &[Addition]) -> Self {
         let terms: Vec<ModelTerm> = additions.iter().filter_map(Addition::term).collect();

@@ -280,6 +280,7 @@ fn leads(parts: &AnswerParts<'_>) -> Vec<Lead> {
         why: match lead.short {
             Shortcoming::NotSignificant => "not significant among this many candidates",
             Shortcoming::NotStable => "selected in fewer than 90 % of the resamples of the data",
+            Shortcoming::StandsForMemory => "not significant beside a dependence on the past",
             Shortcoming::DoesNotPay => "its gain in predictions of left-out blocks is below its penalty",
         }
         .into(),
@@ -333,6 +334,11 @@ impl AnswerParts<'_> {
         let differs = tests.records < ALPHA;
         let outlying = tests.outlying.filter(|_| differs).and_then(|n| record_name(self.search, n));
         Tests {
+            memory: MemoryFound {
+                p_value: tests.memory.p_value,
+                depends_on_past: tests.memory.is_significant(),
+                like: tests.memory.best.as_ref().map(|a| kinds(std::slice::from_ref(a)).concat()),
+            },
             library: tests.library,
             tables: tests.has_tables.then_some(tests.tables),
             heterogeneity: tests.records,

@@ -301,8 +301,23 @@ pub struct Tests {
     /// p-value of a period in the differences between events; absent where the system has no events.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub periodicity: Option<f64>,
+    /// Whether the residuals depend on the past.
+    #[serde(default)]
+    pub memory: MemoryFound,
     /// Whether no test is significant.
     pub pass: bool,
+}
+
+/// Whether residuals depend on more than the present values of states and inputs.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MemoryFound {
+    /// p-value of the most significant effect with states of its own, or delay, beside laws of present values.
+    pub p_value: f64,
+    /// Whether the test is significant, at the level 0.001.
+    pub depends_on_past: bool,
+    /// Name of that effect; absent where the library has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub like: Option<String>,
 }
 
 /// Numbers of windows (segments of a record, each simulated from its own initial state).

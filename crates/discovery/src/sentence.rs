@@ -1,6 +1,7 @@
 //! The sentence of a result: effects in the order of the prediction error that they remove, small ones in a
 //! second sentence.
 
+use crate::addition::kinds;
 use crate::answer::AnswerParts;
 use crate::estimate::with_three_digits;
 use crate::judge::record_name;
@@ -147,13 +148,20 @@ pub(crate) fn sentence(
 
 /// Text on the structure that remains unexplained: the unlisted effect, the records that differ, or a period.
 fn unexplained_structure(parts: &AnswerParts<'_>, unexplained: &Option<Unexplained>) -> String {
+    let tests = &parts.judged.residual_tests;
+    if let Some(like) = tests.memory.best.as_ref().filter(|_| tests.memory.is_significant()) {
+        return format!(
+            "the residuals depend on the past, and not only on the present values of states and inputs, most like `{}`: the model lacks a \
+             hidden state or a delay",
+            kinds(std::slice::from_ref(like)).concat()
+        );
+    }
     if let Some(u) = unexplained {
         return format!(
             "{} depends on {} in a way that no effect of the library describes",
             u.target, u.feature
         );
     }
-    let tests = &parts.judged.residual_tests;
     let schema = parts.prepared.data.system.schema();
     let level = ALPHA;
     if tests.records < level {

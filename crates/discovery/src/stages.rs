@@ -1,13 +1,17 @@
 //! Intermediate results of a discovery: after the search and after the judgement.
 
 use crate::columns::Family;
-use crate::judge::{Findings, ResidualTests};
-use crate::prepare::Prepared;
+use crate::judge::{Findings, ResidualTests, named_set};
+use crate::prepare::{Prepared, residual_sds};
 use crate::random_effect_test::RandomEffectEstimate;
 use crate::records::View;
 use crate::result::Verdict;
 use crate::score::Scored;
 use crate::search::{Search, SearchResult, run};
+
+/// Ratio of residual standard deviation to noise above which further families of candidates are searched; below it no
+/// prediction would improve.
+const BEYOND_NOISE: f64 = 1.1;
 
 /// A search result with the data that it was searched on and the families of candidates.
 pub(crate) struct SearchStage {
@@ -19,6 +23,19 @@ pub(crate) struct SearchStage {
 impl SearchStage {
     pub fn search(&self, prepared: &Prepared) -> Search<'_> {
         Search::new(&self.view, &self.families, &prepared.clock)
+    }
+
+    /// The set of effects that would be named before resampling.
+    pub fn named_set(&mut self, prepared: &Prepared) -> Scored {
+        let SearchStage { view, families, found } = self;
+        let named = named_set(&Search::new(view, families, &prepared.clock), found);
+        found.sets[named].clone()
+    }
+
+    /// Whether the residuals of a set exceed the noise in a channel.
+    pub fn exceeds_noise(&self, prepared: &Prepared, set: &Scored) -> bool {
+        let residual_sd = residual_sds(&self.view.sample(), &set.fit);
+        residual_sd.iter().zip(&prepared.noise.sd).any(|(residual_sd, sd)| *residual_sd > BEYOND_NOISE * sd)
     }
 }
 
@@ -46,4 +63,18 @@ pub(crate) fn search_in(
 ) -> SearchStage {
     let found = run(&Search::new(&view, families, &prepared.clock), base, known_sets, report_share);
     SearchStage { view, families: families.to_vec(), found }
+}
+
+/// Repeats a search with the candidates of one more family.
+///
+/// Effects that only imitate a missing one leave residuals in which it does not show, so one search begins without effects.
+/// The other begins with all sets that are known then.
+pub(crate) fn search_with(prepared: &Prepared, searched: &SearchStage, family: Family) -> SearchStage {
+    let families = [&searched.families[..], &[family]].concat();
+    let base = searched.found.base().clone();
+    let mut known_sets: Vec<Scored> = searched.found.sets[1..].to_vec();
+    let afresh = search_in(prepared, searched.view.clone(), &families, base.clone(), Vec::new(), &mut |_| {});
+    let is_new = |set: &Scored| searched.found.with_key(&set.key()).is_none();
+    known_sets.extend(afresh.found.sets.into_iter().filter(is_new));
+    search_in(prepared, searched.view.clone(), &families, base, known_sets, &mut |_| {})
 }

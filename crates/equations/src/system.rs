@@ -4,6 +4,7 @@ use crate::compile::{
     Code, Derivatives, Graph, Id, Layout, Lowering, Probe, Section, Smoothing, Variable, Width,
 };
 use crate::error::{Fault, ModelError, Place};
+use crate::limits::MAX_STABLE_SUBSTEPS;
 use crate::machine::Machine;
 use crate::model::{Direction, Model};
 use std::collections::BTreeMap;
@@ -40,6 +41,8 @@ pub struct System {
     pub(crate) declared_widths: Vec<bool>,
     /// Register of each compiled `[let]` value, with the index of that value in the model.
     pub(crate) let_registers: Vec<(u32, usize)>,
+    /// Maximum number of explicit steps per sample interval; a window that needs more for stability fails.
+    pub(crate) max_stable_substeps: usize,
 }
 
 /// Instructions for several values and their derivatives that are not always 0.
@@ -172,6 +175,7 @@ impl System {
                 .iter()
                 .filter_map(|(id, index)| Some((layout.assigned_register(*id)?, *index)))
                 .collect(),
+            max_stable_substeps: MAX_STABLE_SUBSTEPS,
             layout,
         })
     }
@@ -214,6 +218,12 @@ impl System {
                 *width = other.widths[index];
             }
         }
+        self
+    }
+
+    /// Limits the number of explicit steps per sample interval.
+    pub(crate) fn with_max_stable_substeps(mut self, max_stable_substeps: usize) -> System {
+        self.max_stable_substeps = max_stable_substeps;
         self
     }
 

@@ -133,6 +133,7 @@ impl<'a> NoiseProblem<'a> {
         let states = &self.system.system.schema().states;
         let added = states.iter().skip(start.len()).map(|state| match state.initial {
             InitialValue::Fixed(value) | InitialValue::Prior(value, _) => value,
+            InitialValue::FromRecord | InitialValue::PriorAboutRecord(_) => f64::NAN,
             InitialValue::Free | InitialValue::Measured(_) | InitialValue::PriorAboutExpression(_) => 0.0,
         });
         start.iter().copied().chain(added).collect()
@@ -152,8 +153,10 @@ impl<'a> NoiseProblem<'a> {
     pub fn rough_noise_model(&self, disturbances: Vec<Disturbance>, correlation_steps: f64) -> NoiseModel {
         let schema = self.system.system.schema();
         let initial = schema.states.iter().zip(&self.state_rms).map(|(state, rms)| match state.initial {
-            InitialValue::Fixed(_) => 0.0,
-            InitialValue::Prior(_, sd) | InitialValue::PriorAboutExpression(sd) => sd * sd,
+            InitialValue::Fixed(_) | InitialValue::FromRecord => 0.0,
+            InitialValue::Prior(_, sd)
+            | InitialValue::PriorAboutExpression(sd)
+            | InitialValue::PriorAboutRecord(sd) => sd * sd,
             InitialValue::Free | InitialValue::Measured(_) => rms * rms,
         });
         let initial: Vec<f64> = initial.collect();
@@ -231,7 +234,16 @@ impl<'a> NoiseProblem<'a> {
 
     /// Rough initial state of a record: that of its first window.
     fn rough_start(&self, record: &Record) -> Vec<f64> {
-        self.complete_start(&record.windows.first().map(|w| w.start.clone()).unwrap_or_default())
+        let mut start =
+            self.complete_start(&record.windows.first().map(|w| w.start.clone()).unwrap_or_default());
+        let of_effects = self.system.system.effect_starts(record, 0, &start);
+        let first = start.len().saturating_sub(of_effects.len());
+        start[first..]
+            .iter_mut()
+            .zip(of_effects)
+            .filter(|(x, _)| x.is_nan())
+            .for_each(|(x, known)| *x = known);
+        start
     }
 
     /// Simulates each record without process noise, `[sample][N]`, from the initial state that fits the whole

@@ -9,6 +9,7 @@ mod external;
 mod generated;
 mod known_threads;
 mod model;
+mod next;
 mod numbers;
 mod robot;
 mod run;
@@ -28,6 +29,8 @@ mod _augsim {
     use super::generated::{Laboratory, drops, pushes};
     #[pymodule_export]
     use super::model::Model;
+    #[pymodule_export]
+    use super::next::{Plan, next};
     #[pymodule_export]
     use super::robot::from_robot;
     #[pymodule_export]

@@ -19,6 +19,9 @@ pub enum Scenario {
     /// Arms with rigid-body models from their description files: errors of the joint torques, effects, and
     /// published values for comparison.
     Robots,
+    /// Measured rigs with several units, repeated runs or hidden states: effects, and errors on held-out
+    /// recordings.
+    Rigs,
     /// Forecasts from a measured prefix, with the same prefixes for every model: ball drops, a repeated
     /// push and measured flights.
     Filtered,
@@ -103,18 +106,19 @@ pub struct Reproduce {
     /// Data folder. Ball: folder with `train.csv.gz` and `test_1000.csv.gz`; without it drops with the
     /// same random restitution are generated. Push: folder with published MIT Push files (folders `abs`,
     /// `plywood`, …), with `mit-pusher-slider-runs`, or both; missing data are generated, and the table
-    /// shows which. Loop, systems, robots and next: folder with all data sets.
+    /// shows which. Loop, systems, robots, rigs and next: folder with all data sets.
     #[arg(long)]
     pub data: Option<PathBuf>,
     /// Ball: number of generated test drops.
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..))]
     pub test_drops: u32,
     /// Output folder for training runs, `result.json` and `report.html` (default: `out/ball`,
-    /// `out/push`, `out/loop`, `out/systems`, `out/robots`, `out/filtered`, `out/league`, `out/replay`).
+    /// `out/push`, `out/loop`, `out/systems`, `out/robots`, `out/rigs`, `out/filtered`, `out/league`,
+    /// `out/replay`).
     #[arg(long)]
     pub out: Option<PathBuf>,
     /// Run a reduced version: a tenth of the iterations. Push: also fewer pushes and fewer data sets.
-    /// Systems: no formulas and no networks. Robots: no null recordings. League: less of everything.
+    /// Systems: no formulas and no networks. Robots and rigs: no null recordings. League: less of everything.
     #[arg(long)]
     pub quick: bool,
     /// Number of training iterations of each network.

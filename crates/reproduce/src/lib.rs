@@ -8,6 +8,7 @@ mod filtered;
 mod league;
 mod next;
 mod reproduction;
+mod rigs;
 mod robots;
 mod systems;
 mod tables;

@@ -9,6 +9,7 @@ use crate::filtered;
 use crate::league;
 use crate::next;
 use crate::reproduction::{claim, drop_sources, iterations, record_sources, repeat};
+use crate::rigs;
 use crate::robots;
 use crate::systems;
 use augsim_session::run_dir::DataSource;
@@ -36,6 +37,7 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
         Scenario::Loop => chain::run(args, seed, force, output),
         Scenario::Systems => systems::run(args, seed, force, output),
         Scenario::Robots => robots::run(args, seed, force, output),
+        Scenario::Rigs => rigs::run(args, seed, force, output),
         Scenario::Filtered => filtered::run(args, seed, force, output),
         Scenario::League => league::run(args, seed, force, output),
         Scenario::Next => next::run(args, seed, force, output),

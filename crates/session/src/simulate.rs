@@ -190,6 +190,7 @@ impl Simulation {
             let values = match (known(name), state.initial) {
                 (Some(values), _) => values.clone(),
                 (None, InitialValue::Fixed(value) | InitialValue::Prior(value, _)) => vec![value; batch],
+                (None, InitialValue::FromRecord | InitialValue::PriorAboutRecord(_)) => vec![f64::NAN; batch],
                 (None, _) => {
                     let (name, states) = (name.clone(), names.to_vec());
                     return Err(Usage::Plan(PlanFault::MissingState { name, states }).into());

@@ -140,6 +140,10 @@ pub struct Effect {
     ///
     /// Where the other effect is fitted, this one is fitted too.
     pub indicated_by: Option<String>,
+    /// Whether the effect brings states of its own into the system.
+    pub has_states: bool,
+    /// Whether the effect depends on the past: it brings states of its own, or delays an input.
+    pub depends_on_past: bool,
     /// Whether the effect slows down every simulation; such effects are tested separately from cheap ones.
     pub costly: bool,
     /// Start values of the first fit of the effect.
@@ -181,7 +185,10 @@ pub fn known_distinguishing_experiment<'e>(one: &[&'e Effect], other: &[&'e Effe
             entries.find(|(rival, _)| applies(rival, rivals)).map(|(_, text)| text.as_str())
         })
     };
-    let has_kind = |rival: &Rival, kind: &str| matches!(rival, Rival::Kind(k) if k == kind);
+    // Effects of a system of equations have their place in their names: `input-lag on motor_V`.
+    let is_kind =
+        |k: &str, name: &str| name.strip_prefix(k).is_some_and(|r| r.is_empty() || r.starts_with(" on "));
+    let has_kind = |rival: &Rival, name: &str| matches!(rival, Rival::Kind(k) if is_kind(k, name));
     let has_place = |rival: &Rival, place: &str| matches!(rival, Rival::At(p) if p == place);
     known(&|rival, rivals| rivals.iter().any(|e| has_kind(rival, &e.kind)))
         .or_else(|| known(&|rival, rivals| rivals.iter().any(|e| has_place(rival, &e.location))))

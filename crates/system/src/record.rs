@@ -94,6 +94,7 @@ impl Record {
             InitialValue::Free | InitialValue::PriorAboutExpression(_) => 0.0,
             InitialValue::Fixed(value) | InitialValue::Prior(value, _) => value,
             InitialValue::Measured(channel) => first_value(channel),
+            InitialValue::FromRecord | InitialValue::PriorAboutRecord(_) => f64::NAN,
         });
         let start = start.collect();
         let samples = 0..self.times.len();

@@ -19,6 +19,12 @@ pub enum InitialValue {
     /// The initial value is estimated, with a normal prior of this standard deviation about
     /// [`Simulate::start_mean`](crate::Simulate::start_mean).
     PriorAboutExpression(f64),
+    /// A state of an effect. Its initial value is known: a task has NaN for it, and the system computes the value
+    /// from the record ([`Simulate::effect_starts`](crate::Simulate::effect_starts)).
+    FromRecord,
+    /// A state of an effect. Its initial value is estimated in every window, with a normal prior of this standard
+    /// deviation about the value that the system computes from the record, as for [`InitialValue::FromRecord`].
+    PriorAboutRecord(f64),
 }
 
 /// A state variable of a system.
@@ -189,7 +195,7 @@ impl Schema {
         self.states
             .iter()
             .enumerate()
-            .filter(|(_, s)| !matches!(s.initial, InitialValue::Fixed(_)))
+            .filter(|(_, s)| !matches!(s.initial, InitialValue::Fixed(_) | InitialValue::FromRecord))
             .map(|(i, _)| i)
     }
 }

@@ -71,6 +71,13 @@ pub trait Simulate: Debug + Send + Sync {
         record.windows.first().and_then(|w| w.start.get(state)).copied().unwrap_or(f64::NAN)
     }
 
+    /// Initial values of the states of effects in a window that begins at sample `first` of a record.
+    ///
+    /// They follow those of the declared states, whose initial values are `declared`. The default is for systems whose effects have no states.
+    fn effect_starts(&self, _record: &Record, _first: usize, _declared: &[f64]) -> Vec<f64> {
+        Vec::new()
+    }
+
     /// Accuracy of the engine in a channel, in the channel's unit; effects smaller than this are not considered.
     ///
     /// If it is not 0, the model is an idealisation and always leaves smooth residuals: gains are then

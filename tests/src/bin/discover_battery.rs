@@ -2,7 +2,7 @@
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a tool for the terminal")]
 
 use augsim_tests::battery::{Battery, Row, Summary, run, run_with_gaps};
-use augsim_tests::{fleets, measured_pushes, push_battery, sealed_systems, traps};
+use augsim_tests::{fleets, measured_pushes, push_battery, sealed_memory, sealed_systems, traps};
 use clap::{Args, Parser, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -104,6 +104,14 @@ enum Kind {
     /// Set I takes plant I mod 3 and kind I / 3, so that 165 sets are all kinds and 120 the first 40. The
     /// binary `augsim` must be in the same folder as this one
     Traps(Seeds),
+    /// Systems with a hidden state or a delay that the model lacks: lags, second masses, friction with memory
+    ///
+    /// Set I takes case I mod 25. The binary `augsim` must be in the same folder as this one
+    Memory(Seeds),
+    /// Systems without a hidden state: complete models, and models that lack a static law
+    ///
+    /// Set I takes case I mod 20. The binary `augsim` must be in the same folder as this one
+    MemoryNull(Seeds),
 }
 
 /// Runs ball sets with complete data or with empty cells: `(family, first seed, count, on_row) -> counts`.
@@ -153,6 +161,16 @@ fn run_traps(Seeds { first, count }: Seeds) -> std::io::Result<()> {
     std::fs::remove_dir_all(folder)
 }
 
+/// Runs `augsim` on sets with or without a hidden state; prints scores and counts.
+fn run_memory(has_memory: bool, Seeds { first, count }: Seeds) -> std::io::Result<()> {
+    let (augsim, folder) = binary_and_folder()?;
+    let summary = sealed_memory::run(has_memory, (first, count), &augsim, &folder, &mut |row| {
+        println!("{} {}", if row.is_right { " " } else { "!" }, row.line)
+    })?;
+    println!("{summary}");
+    std::fs::remove_dir_all(folder)
+}
+
 /// Runs `augsim` on generated fleets; prints scores and counts.
 fn run_fleets(kind: fleets::Kind, Seeds { first, count }: Seeds) -> std::io::Result<()> {
     let (augsim, folder) = binary_and_folder()?;
@@ -194,6 +212,8 @@ fn main() -> ExitCode {
         Kind::FleetsIndividual(seeds) => return exit_code(run_fleets(fleets::Kind::Individual, seeds)),
         Kind::FleetsEffect(seeds) => return exit_code(run_fleets(fleets::Kind::Effect, seeds)),
         Kind::Traps(seeds) => return exit_code(run_traps(seeds)),
+        Kind::Memory(seeds) => return exit_code(run_memory(true, seeds)),
+        Kind::MemoryNull(seeds) => return exit_code(run_memory(false, seeds)),
     }
     ExitCode::SUCCESS
 }

@@ -37,6 +37,7 @@ mod discover_push;
 mod discover_push_scatter;
 mod discover_scatter;
 mod discover_sealed;
+mod hidden_states;
 mod linear_system;
 mod not_this_system;
 mod own_recordings;

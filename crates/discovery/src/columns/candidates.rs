@@ -6,11 +6,16 @@ use crate::record::Measured;
 use crate::score::{Blocks, are_comparable};
 use augsim_system::{Event, Per};
 
+/// Name of the time in formulas.
+const TIME: &str = "t";
+
 /// Source of the candidate effects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Family {
-    /// Effects that the library lists.
+    /// Effects that the library lists and that depend on present values of states and inputs.
     Library,
+    /// Effects that the library lists and that depend on the past: they have states of their own, or are delays.
+    Memory,
     /// Formulas of the library's grammar.
     Grammar,
 }
@@ -25,22 +30,34 @@ pub(crate) fn library_candidates(data: &Measured, blocks: &Blocks, family: Famil
     let has_other_data = blocks.are_adjacent || data.groups.len() < data.records.len();
     let grouped = are_comparable(data.groups.len()) && has_other_data;
     let mut out = Vec::new();
-    let is_of_family =
-        |i: &usize| system.library()[*i].formula_domain.is_some() == (family == Family::Grammar);
+    let is_of_family = |i: &usize| {
+        let effect = &system.library()[*i];
+        family
+            == match (effect.formula_domain.is_some(), effect.depends_on_past) {
+                (true, _) => Family::Grammar,
+                (false, true) => Family::Memory,
+                (false, false) => Family::Library,
+            }
+    };
     // An effect that acts through a carrier is tried together with it, so the carrier has to be allowed too.
     let is_allowed = |i: &usize| {
         let effect = &system.library()[*i];
         let carrier = effect.joins.as_ref().map(|join| join.kind.as_str());
         [Some(effect.kind.as_str()), carrier].into_iter().flatten().all(|kind| data.effects.allows(kind))
     };
-    let indices = (0..system.library().len()).filter(is_of_family).filter(is_allowed);
+    // In a single recording a law of time cannot be distinguished from the course of a hidden state.
+    let is_testable = |i: &usize| {
+        let domain = system.library()[*i].formula_domain.as_ref();
+        data.recordings.len() > 1 || domain.is_none_or(|domain| domain.variable.name != TIME)
+    };
+    let indices = (0..system.library().len()).filter(is_of_family).filter(is_allowed).filter(is_testable);
     for index in indices.filter(|&i| system.can_search_effect(i, &records)) {
         out.extend(Addition::effect(system, index, Per::All));
         if grouped && system.can_vary_by_group(index) {
             out.extend(Addition::effect(system, index, Per::Group));
         }
     }
-    if grouped && !data.effects.is_closed() {
+    if grouped && !data.effects.is_closed() && family != Family::Memory {
         let declared = system.parameters().iter().take(system.declared_count()).enumerate();
         let single = declared.filter(|(_, p)| !p.frozen && !p.is_knot && p.per == Per::All);
         out.extend(single.map(|(index, _)| Addition::split(system, index)));

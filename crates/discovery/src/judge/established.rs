@@ -1,6 +1,7 @@
 //! Selection of the established findings, the alternatives and the leads.
 
 use super::bootstrap::{FalsePositives, Resamples, false_positive_rate, resamples};
+use super::memory::{exchange_memory, stand_in};
 use crate::addition::{Addition, labels};
 use crate::columns::LinearProblem;
 use crate::score::Scored;
@@ -24,6 +25,8 @@ pub(crate) enum Shortcoming {
     NotStable,
     /// The finding's gain in predictions of left-out blocks is below its penalty.
     DoesNotPay,
+    /// The finding is not significant beside an effect that depends on the past.
+    StandsForMemory,
 }
 
 /// A finding that is not established, with the reason.
@@ -74,11 +77,13 @@ pub(crate) fn judge_findings(
     seed: u64,
     null_runs: usize,
 ) -> Findings {
+    exchange_memory(search, found);
     let best = found.best().clone();
     let sample = search.sample();
     let problem = LinearProblem::new(&sample, &search.view.blocks, &best, &search.library);
     let mut named = named_set(search, found);
     let resampled = resamples(found, seed);
+    let mut stand_ins: Vec<Addition> = Vec::new();
     // A finding that is selected in too few resamples is dropped, and the remaining set is judged again.
     let (alternatives, inclusion) = loop {
         let alternatives = alternatives(search, found, named);
@@ -95,12 +100,23 @@ pub(crate) fn judge_findings(
                 named = found.index_or_fit(search, &set, &remaining);
                 named = found.drop_insignificant(search, named);
             }
-            None => break (alternatives, inclusion),
+            None => match stand_in(search, found, named) {
+                Some(number) => {
+                    let (set, remaining) = (set.clone(), crate::search::without(set.additions(), number));
+                    stand_ins.push(set.additions()[number].clone());
+                    named = found.index_or_fit(search, &set, &remaining);
+                    named = found.drop_insignificant(search, named);
+                }
+                None => break (alternatives, inclusion),
+            },
         }
     };
     let p_values = found.p_values(&found.sets[named]);
     let q_values = q_values(&problem, found, named, &p_values, search.candidates);
-    let leads = leads(found, named, &resampled, &alternatives);
+    let mut leads = leads(found, named, &resampled, &alternatives);
+    for lead in leads.iter_mut().filter(|lead| stand_ins.contains(&lead.addition)) {
+        lead.short = Shortcoming::StandsForMemory;
+    }
     let false_positives = false_positive_rate(search, &problem, null_runs, seed);
     Findings { named, p_values, q_values, inclusion, alternatives, leads, false_positives }
 }

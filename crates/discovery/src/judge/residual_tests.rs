@@ -1,6 +1,7 @@
 //! Tests of the residuals of the named set: remaining library effects, tabulated effects, records that
 //! differ, periodicity.
 
+use super::memory::{MemoryTest, test_memory};
 use crate::addition::Addition;
 use crate::columns::{LinearProblem, table_candidates};
 use crate::periodicity;
@@ -35,17 +36,28 @@ pub(crate) struct ResidualTests {
     /// p-value of a period in the event offsets (deviations of the events' parameter); 1 without such
     /// offsets.
     pub periodicity: f64,
+    /// Whether the residuals depend on the past.
+    pub memory: MemoryTest,
 }
 
 impl ResidualTests {
     /// p-values before any test: nothing is significant.
     pub fn untested() -> Self {
-        Self { library: 1.0, tables: 1.0, has_tables: false, records: 1.0, outlying: None, periodicity: 1.0 }
+        Self {
+            library: 1.0,
+            tables: 1.0,
+            has_tables: false,
+            records: 1.0,
+            outlying: None,
+            periodicity: 1.0,
+            memory: MemoryTest::untested(),
+        }
     }
 
     /// Whether every p-value is above 0.001, so that no test is significant.
     pub fn none_is_significant(&self) -> bool {
-        [self.library, self.tables, self.records, self.periodicity].iter().all(|p| *p > ALPHA / 10.0)
+        let tests = [self.library, self.tables, self.records, self.periodicity, self.memory.p_value];
+        tests.iter().all(|p| *p > ALPHA / 10.0)
     }
 }
 
@@ -77,6 +89,7 @@ pub(crate) fn test_residuals(
         records,
         outlying,
         periodicity,
+        memory: test_memory(search, set),
     }
 }
 

@@ -2,14 +2,9 @@
 
 use super::ResidualTests;
 use crate::fit::Fit;
-use crate::hypothesis::Hypothesis;
 use crate::prepare::Prepared;
 use crate::result::{ErrorTable, Verdict};
 use augsim_data::with_significant;
-use augsim_system::Per;
-
-/// Share of a parameter's range within which it counts as being at a bound.
-const BOUND_SHARE: f64 = 1e-6;
 
 /// Reason why the findings of a search are withdrawn.
 pub(crate) enum WithdrawalReason {
@@ -56,7 +51,7 @@ pub(crate) fn reason_from_values(fit: &Fit) -> Option<WithdrawalReason> {
     if let Some(objection) = h.system.implausible_values_objection(&values(fit)) {
         return Some(WithdrawalReason::NotThisSystem(objection.to_string()));
     }
-    let (name, bound) = at_bound(h, &fit.theta)?;
+    let (name, bound) = h.declared_parameter_at_bound(&fit.theta)?;
     Some(WithdrawalReason::NotThisSystem(format!(
         "the fitted value of `{name}` is at its bound {bound}: if values beyond it are possible, widen the bound in the model file; otherwise \
          check the units, the signs, and that the recording is of the declared system"
@@ -84,22 +79,4 @@ pub(crate) fn reason_from_errors(
     }
     // An interval below 0 is a significant increase of the error.
     (has_additions && error.reduction.ci95[1] < 0.0).then_some(WithdrawalReason::DoesNotHelp)
-}
-
-/// Name and bound of the first declared parameter that is at a non-zero bound. At a bound of 0 a term is
-/// merely absent.
-fn at_bound(h: &Hypothesis, theta: &[f64]) -> Option<(String, f64)> {
-    for (f, range) in h.entries() {
-        let fitted = &theta[range];
-        if f.addition.is_some() || f.per == Per::Trajectory {
-            continue;
-        }
-        let tolerance = BOUND_SHARE * (f.max - f.min);
-        for bound in [f.min, f.max].into_iter().filter(|b| *b != 0.0) {
-            if fitted.iter().any(|v| (v - bound).abs() <= tolerance) {
-                return Some((h.system.quantity(f.index).name, bound));
-            }
-        }
-    }
-    None
 }

@@ -13,6 +13,7 @@ use crate::linear::{Cholesky, Square};
 use crate::record::ChosenRecords;
 use crate::record::RecordWindow;
 use augsim_system::{Seed, System};
+use std::ops::Range;
 
 /// Residuals and sensitivities of one window, with its nuisances (initial state, record parameters, event
 /// offsets) projected out.
@@ -30,7 +31,8 @@ pub(crate) struct WindowRows {
     pub block_and_channel: Vec<(u16, u16)>,
     /// Number of rows that represent priors of nuisances (initial state, record parameters, event offsets).
     pub priors: usize,
-    /// Part of the window's cost that its rows do not contain: log determinants of its event offsets.
+    /// Part of the window's cost that its rows do not contain: log determinants of its event offsets, and of the
+    /// initial values of effects' states.
     pub constant: f64,
     projection: Projection,
     /// Residuals of the measured samples before the nuisances (initial state, record parameters, event
@@ -47,6 +49,7 @@ struct Projection {
     /// `count` numbers a row.
     rows: Vec<f64>,
     precision: Vec<f64>,
+    curvature: Square,
     factor: Cholesky,
 }
 
@@ -61,7 +64,19 @@ impl Projection {
         }
         (0..count).for_each(|i| *curvature.at_mut(i, i) += precision[i]);
         let factor = curvature.cholesky();
-        Self { count, rows, precision, factor }
+        Self { count, rows, precision, curvature, factor }
+    }
+
+    /// Part of minus twice the log marginal likelihood of a window that its estimated nuisances `range` cost:
+    /// the log of the ratio of prior to posterior volume, with the nuisances before them free.
+    ///
+    /// It is 0 for nuisances that the data do not determine, such as the state of an effect of no strength.
+    fn log_volume_of_priors(&self, range: Range<usize>) -> f64 {
+        if range.is_empty() {
+            return 0.0;
+        }
+        let log_det = |end: usize| self.curvature.sub(&(0..end).collect::<Vec<_>>()).cholesky().log_det;
+        log_det(range.end) - log_det(range.start) - range.map(|i| self.precision[i].ln()).sum::<f64>()
     }
 
     /// Projects the nuisances (initial state, record parameters, event offsets) out of columns, `width`
@@ -190,7 +205,7 @@ impl<'a> FitWindows<'a> {
             plain.push(row[common + nuisances]);
             residual_norm_squared += row[common + nuisances].powi(2);
         }
-        let freedom = (places.len() as f64 - lanes.state_nuisances() as f64).max(1.0);
+        let freedom = (places.len() as f64 - lanes.unpenalised_nuisances() as f64).max(1.0);
         let is_tolerance = window.record.is_tolerance;
         let weight = cost_and_weight(residual_norm_squared, freedom, is_tolerance).1;
         let priors = nuisance_priors(point, lanes, window);
@@ -209,8 +224,9 @@ impl<'a> FitWindows<'a> {
         places.extend(std::iter::repeat_n((first, u16::MAX), count));
         columns.extend(prior_rows);
         let scatter = self.fit.hypothesis.scatter.filter(|_| lanes.offsets > 0);
-        let constant =
-            scatter.map_or(0.0, |s| projection.factor.log_det + 2.0 * lanes.offsets as f64 * s.sd.ln());
+        let constant = projection
+            .log_volume_of_priors(lanes.starts() - lanes.effect_starts()..lanes.starts())
+            + scatter.map_or(0.0, |s| projection.factor.log_det + 2.0 * lanes.offsets as f64 * s.sd.ln());
         WindowRows {
             weight,
             degrees_of_freedom: freedom,

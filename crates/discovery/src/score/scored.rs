@@ -68,10 +68,15 @@ impl Scored {
                     let p_value = self.p_value_of_coefficients(&entries, &off, without(number));
                     let excludes_null =
                         |(i, off): (&usize, &f64)| off.abs() > intervals.half_width(&self.unit(*i));
-                    if p_value >= OUTSIDE_95 || entries.iter().zip(&off).any(excludes_null) {
-                        p_value
-                    } else {
-                        OUTSIDE_95
+                    let by_coefficients =
+                        if p_value >= OUTSIDE_95 || entries.iter().zip(&off).any(excludes_null) {
+                            p_value
+                        } else {
+                            OUTSIDE_95
+                        };
+                    match without(number).filter(|_| self.has_states(number)) {
+                        Some(less) => by_coefficients.min(self.evidence.p_value_of_gain(less)),
+                        None => by_coefficients,
                     }
                 }
                 None => without(number).map_or(1.0, |less| match &self.additions()[number] {
@@ -198,17 +203,27 @@ impl Scored {
         }
     }
 
+    /// Whether addition number `number` brings states of its own.
+    ///
+    /// Their initial values are not identifiable at the null value of its coefficients, so that the scatter of these
+    /// is no valid test alone (Davies 1987). Then the gain over blocks also establishes the addition.
+    pub fn has_states(&self, number: usize) -> bool {
+        self.additions()[number].listed().is_some_and(|effect| effect.has_states)
+    }
+
     /// Whether addition number `number` is judged by Student's t test of its gain over blocks. Its penalty then
     /// already accounts for the number of candidates.
     pub fn is_judged_by_gain(&self, number: usize) -> bool {
         self.coefficients(number).is_none() && !is_bounded_by_gain(&self.additions()[number])
     }
 
-    /// The [`coefficients`](Self::coefficients) of an addition that are not at a bound.
+    /// The [`coefficients`](Self::coefficients) of an addition that are not at a bound; `None` if all are, so that only its
+    /// gain can judge it.
     fn free_coefficients(&self, number: usize) -> Option<(Vec<usize>, Vec<f64>)> {
         let (entries, off) = self.coefficients(number)?;
         let held = entries_at_bounds(&self.fit);
-        Some(entries.into_iter().zip(off).filter(|(i, _)| !held[*i]).unzip())
+        let free: Vec<(usize, f64)> = entries.into_iter().zip(off).filter(|(i, _)| !held[*i]).collect();
+        (!free.is_empty()).then(|| free.into_iter().unzip())
     }
 
     /// Entries of theta (the shared parameters) of an addition's coefficients, and their distances from the

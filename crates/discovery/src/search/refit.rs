@@ -45,6 +45,8 @@ pub(crate) type InitialValues = Vec<(Addition, Vec<f64>)>;
 pub(crate) struct Search<'a> {
     pub view: &'a View,
     pub library: Vec<Addition>,
+    /// Families of the candidates in `library`.
+    pub families: Vec<Family>,
     /// Number of tested candidates: those in `library`, and two kinds of random effects.
     pub candidates: f64,
     pub clock: Clock,
@@ -56,7 +58,7 @@ impl<'a> Search<'a> {
         let library: Vec<Addition> =
             families.iter().flat_map(|family| library_candidates(data, &view.blocks, *family)).collect();
         let candidates = library.len() as f64 + 2.0;
-        Self { view, library, candidates, clock: clock.clone() }
+        Self { view, library, families: families.to_vec(), candidates, clock: clock.clone() }
     }
 
     /// Penalty of an effect tried at one grid point: the log odds against one of this many candidates by
@@ -174,6 +176,15 @@ impl<'a> Search<'a> {
     /// fit `from`. If the random effect of the events changes, their offsets are dropped or start at rough
     /// values.
     fn initial_nuisances(&self, from: &Fit, h: &Hypothesis, theta: &[f64]) -> Vec<Vec<f64>> {
+        let added = |h: &Hypothesis| -> Vec<Addition> {
+            let has_states = |a: &&Addition| a.listed().is_some_and(|effect| effect.has_states);
+            h.additions.iter().filter(has_states).cloned().collect()
+        };
+        if added(&from.hypothesis) != added(h) {
+            // The states of effects differ: their initial values are computed from the records again.
+            let declared = self.system().schema().free_states().count();
+            return from.nuisance.iter().map(|n| n.iter().take(declared).copied().collect()).collect();
+        }
         let is_same_scatter = from.hypothesis.scatter.map(|s| s.per) == h.scatter.map(|s| s.per);
         let Some(event) = self.event_parameter().filter(|_| !is_same_scatter) else {
             return from.nuisance.clone();

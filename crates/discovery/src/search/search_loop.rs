@@ -9,8 +9,8 @@ use crate::fit::fit_nuisance;
 use crate::score::{Evidence, Scored};
 use rayon::prelude::*;
 
-/// Maximum number of new sets per round that are refitted with one more effect than the best set. In the
-/// first round all effects compete, and [`MAX_EQUAL_SETS`] more are refitted.
+/// Maximum number of new sets per round that are refitted with one more effect than the best set, with and without
+/// effects that depend on the past. In the first round all effects compete, and [`MAX_EQUAL_SETS`] more are refitted.
 const MAX_LARGER_SETS: usize = 4;
 /// Maximum number of new sets per round that are refitted with as many effects as the best set.
 const MAX_EQUAL_SETS: usize = 4;
@@ -19,9 +19,10 @@ const MAX_OTHER_SETS: usize = 3;
 /// Maximum deficit of a set behind the present one in the linear problem for it to be refitted, nats (odds of
 /// 100 to 1).
 const MAX_DEFICIT: f64 = 4.6;
-/// Number of sets of each size class that are refitted even beyond [`MAX_DEFICIT`], because the linear
-/// problem is approximate. The classes are one effect more than the best set, as many, and any other number.
-const MIN_SETS_PER_KIND: usize = 1;
+/// Number of sets of each class that are refitted even beyond [`MAX_DEFICIT`], because the linear problem is
+/// approximate. The classes are one effect more than the best set, as many, and any other number, each with and
+/// without effects that depend on the past.
+const MIN_SETS_PER_CLASS: usize = 1;
 /// Minimum improvement of a set for it to be refitted, as a share of the improvement of the best set.
 const MIN_IMPROVEMENT_SHARE: f64 = 0.05;
 /// Maximum number of search rounds. Each adds or exchanges an effect, and a set has at most five.
@@ -78,7 +79,7 @@ pub(crate) fn run(
 ) -> SearchResult {
     let mut found = SearchResult::calibrated_only(base, search.penalty());
     found.sets.extend(known.into_iter().filter(Scored::is_finite));
-    update_best(&mut found);
+    update_best_within_bounds(&mut found);
     for round in 0..MAX_ROUNDS {
         report_share(round as f64 / MAX_ROUNDS as f64);
         if search.clock.is_over() {
@@ -97,11 +98,12 @@ pub(crate) fn run(
         let fitted: Vec<Scored> = candidates.par_iter().filter_map(refit).collect();
         let has_new = !fitted.is_empty();
         found.sets.extend(fitted.into_iter().filter(Scored::is_finite));
-        update_best(&mut found);
+        update_best_within_bounds(&mut found);
         if !has_new || found.best().key() == previous_key {
             break;
         }
     }
+    update_best(&mut found);
     if !search.clock.is_over() {
         complete(search, &mut found);
     }
@@ -145,6 +147,19 @@ pub(crate) fn repeat_choice(search: &Search<'_>, base: Scored, known: &SearchRes
 /// Updates the best of all fitted sets. Because the independent share differs between sets, three sets may
 /// each be better than the next; visited sets are not revisited.
 fn update_best(found: &mut SearchResult) {
+    update_best_among(found, &|_| true);
+}
+
+/// As [`update_best`], among the sets that leave all declared parameters within their bounds.
+///
+/// Effects that only imitate the missing one often drive declared parameters to their bounds; the search goes on from a
+/// set that does not. The final choice is among all sets.
+fn update_best_within_bounds(found: &mut SearchResult) {
+    let is_within = |set: &Scored| set.fit.hypothesis.declared_parameter_at_bound(&set.fit.theta).is_none();
+    if is_within(found.base()) { update_best_among(found, &is_within) } else { update_best(found) }
+}
+
+fn update_best_among(found: &mut SearchResult, is_allowed: &dyn Fn(&Scored) -> bool) {
     let mut visited = vec![found.best];
     loop {
         let is_better = |n: &usize| {
@@ -152,8 +167,9 @@ fn update_best(found: &mut SearchResult) {
             let same = one.key() == best.key();
             if same { one.fit.ll > best.fit.ll + 1e-6 } else { found.margin(one, best) > 0.0 }
         };
-        let better: Vec<usize> =
-            (0..found.sets.len()).filter(|n| !visited.contains(n) && is_better(n)).collect();
+        let better: Vec<usize> = (0..found.sets.len())
+            .filter(|n| !visited.contains(n) && is_allowed(&found.sets[*n]) && is_better(n))
+            .collect();
         let margin = |n: &&usize| found.margin(&found.sets[**n], found.best());
         match better.iter().max_by(|a, b| margin(a).total_cmp(&margin(b))) {
             Some(n) if !is_cyclic(found, *n) => found.best = *n,
@@ -182,29 +198,28 @@ fn sets_to_refit(search: &Search<'_>, found: &SearchResult) -> Vec<(Vec<Addition
     let selected = chosen.iter().map(|c| (c.value, set_of(&problem, best, c)));
     let others = sets_without_columns(search, best, &problem, &chosen);
     let size = best.additions().len();
-    let mut room = [
-        if size == 0 { MAX_LARGER_SETS + MAX_EQUAL_SETS } else { MAX_LARGER_SETS },
-        MAX_EQUAL_SETS,
-        MAX_OTHER_SETS,
-    ];
-    let mut tried = [0; 3];
+    let larger = if size == 0 { MAX_LARGER_SETS + MAX_EQUAL_SETS } else { MAX_LARGER_SETS };
+    // Sets with states of effects fit much, and would leave no room for laws of present values.
+    let mut room = [[larger, MAX_EQUAL_SETS, MAX_OTHER_SETS]; 2];
+    let mut tried = [[0; 3]; 2];
     let sets =
         selected.map(|(value, set)| (Some(value), set)).chain(others.into_iter().map(|set| (None, set)));
     for (value, (additions, starts)) in sets {
         let key = labels(&additions);
-        let kind = match additions.len() {
+        let memory = usize::from(additions.iter().any(Addition::depends_on_past));
+        let size_class = match additions.len() {
             n if n == size + 1 => 0,
             n if n == size => 1,
             _ => 2,
         };
-        let is_refused =
-            value.is_some_and(|v| room[kind] == 0 || v < threshold && tried[kind] >= MIN_SETS_PER_KIND);
+        let (room, tried) = (&mut room[memory][size_class], &mut tried[memory][size_class]);
+        let is_refused = value.is_some_and(|v| *room == 0 || v < threshold && *tried >= MIN_SETS_PER_CLASS);
         if known_keys.contains(&key) || is_refused {
             continue;
         }
         if value.is_some() {
-            room[kind] -= 1;
-            tried[kind] += 1;
+            *room -= 1;
+            *tried += 1;
         }
         known_keys.push(key);
         out.push((additions, starts));
@@ -347,7 +362,7 @@ impl SearchResult {
         loop {
             let set = self.sets[current].clone();
             let p_values = self.p_values(&set);
-            let excess = |n: &usize| p_values[*n] / significance_level(search, &set, *n);
+            let excess = |n: &usize| p_values[*n] / self.significance_level(search, &set, *n);
             let tested = (0..p_values.len()).filter(|n| is_tested(&set.additions()[*n]));
             let worst = tested.max_by(|a, b| excess(a).total_cmp(&excess(b)));
             let Some(number) = worst.filter(|n| excess(n) > 1.0 || excess(n).is_nan()) else {
@@ -365,7 +380,48 @@ impl SearchResult {
 
     /// Whether every addition of a set is significant.
     pub fn is_significant(&self, search: &Search<'_>, set: &Scored) -> bool {
-        self.p_values(set).iter().enumerate().all(|(n, p)| *p <= significance_level(search, set, n))
+        self.p_values(set).iter().enumerate().all(|(n, p)| *p <= self.significance_level(search, set, n))
+    }
+
+    /// Level at which an addition of a set must be significant. It is corrected for the number of candidates,
+    /// unless the gain of the addition has exceeded a penalty that accounts for it.
+    /// So it has for an addition with states whose gain over blocks is significant, corrected for the number of candidates
+    /// with states.
+    fn significance_level(&self, search: &Search<'_>, set: &Scored, number: usize) -> f64 {
+        let has_states = |a: &&Addition| a.listed().is_some_and(|effect| effect.has_states);
+        let corrected = || ALPHA / search.library.iter().filter(has_states).count().max(1) as f64;
+        let gains_in_blocks =
+            |less: &Evidence| set.has_states(number) && set.evidence.p_value_of_gain(less) <= corrected();
+        if set.is_judged_by_gain(number) || self.evidence_without(set, number).is_some_and(gains_in_blocks) {
+            ALPHA
+        } else {
+            search.level(&set.additions()[number])
+        }
+    }
+
+    /// Fits the set `remaining` with each of the additions `others` that gain most in the linear problem, unless the set was
+    /// fitted before; then the subsets of the best set.
+    pub fn fit_exchanges(
+        &mut self,
+        search: &Search<'_>,
+        from: &Scored,
+        remaining: &[Addition],
+        others: &[Addition],
+    ) {
+        let number = self.index_or_fit(search, from, remaining);
+        let base = self.sets[number].clone();
+        let problem = LinearProblem::new(&search.sample(), &search.view.blocks, &base, others);
+        let adds_one = |chosen: &&LinearSet| {
+            chosen.groups.len() == problem.fitted.len() + 1
+                && problem.fitted.iter().all(|g| chosen.groups.contains(g))
+        };
+        let chosen = select(&problem, self.penalty);
+        let sets = chosen.iter().filter(adds_one).map(|chosen| set_of(&problem, &base, chosen));
+        let new: Vec<_> = sets.filter(|(set, _)| self.with_key(&labels(set)).is_none()).collect();
+        let fitted: Vec<Scored> =
+            new.par_iter().map(|(set, starts)| search.refit(&base.fit, set, starts)).collect();
+        self.sets.extend(fitted.into_iter().filter(Scored::is_finite));
+        complete(search, self);
     }
 
     /// Index of the set with these additions among the fitted ones. Fits it, starting from `from`, if it is
@@ -378,10 +434,4 @@ impl SearchResult {
         self.sets.push(search.refit(&from.fit, additions, &Vec::new()));
         self.sets.len() - 1
     }
-}
-
-/// Level at which an addition of a set must be significant. It is corrected for the number of candidates,
-/// unless the gain of the addition has exceeded a penalty that accounts for it.
-fn significance_level(search: &Search<'_>, set: &Scored, number: usize) -> f64 {
-    if set.is_judged_by_gain(number) { ALPHA } else { search.level(&set.additions()[number]) }
 }

@@ -37,11 +37,22 @@ struct Selection<'p> {
     penalty: Penalty,
     /// Log squared prediction error of the declared model on left-out blocks.
     base: f64,
+    /// Whether a group with this index may be added.
+    is_allowed: &'p dyn Fn(usize) -> bool,
 }
 
 /// All sets of effects that the selection evaluates, best first, including the fitted set.
 pub(crate) fn select(problem: &LinearProblem, penalty: Penalty) -> Vec<LinearSet> {
-    let selection = Selection::new(problem, &problem.blocks, penalty);
+    select_among(problem, penalty, &|_| true)
+}
+
+/// As [`select`], but only groups for which `is_allowed` holds are added.
+pub(crate) fn select_among(
+    problem: &LinearProblem,
+    penalty: Penalty,
+    is_allowed: &dyn Fn(usize) -> bool,
+) -> Vec<LinearSet> {
+    let selection = Selection { is_allowed, ..Selection::new(problem, &problem.blocks, penalty) };
     let mut visited = BTreeMap::new();
     selection.walk(&problem.fitted, &mut visited);
     if !problem.fitted.is_empty() {
@@ -101,12 +112,28 @@ pub(crate) fn p_values(problem: &LinearProblem, blocks: &[BlockSums], groups: &[
 /// p-value of each group that is compatible with a set, when it is added to the set. Values by group have none: the
 /// test of the differences between records is made for them.
 pub(crate) fn p_values_given(problem: &LinearProblem, set: &[usize]) -> Vec<f64> {
+    p_values_beside(problem, set, &|_| true).into_iter().map(|(_, p)| p).collect()
+}
+
+/// Index and p-value of each group that `is_tested` and is compatible with a set, when it is added to the set.
+pub(crate) fn p_values_beside(
+    problem: &LinearProblem,
+    set: &[usize],
+    is_tested: &dyn Fn(usize) -> bool,
+) -> Vec<(usize, f64)> {
     let p_value = |g: usize| {
         let with = [set, &[g]].concat();
-        p_values(problem, &problem.blocks, &with).pop().unwrap_or(1.0)
+        (g, p_values_of(problem, &with).pop().unwrap_or(1.0))
     };
     let has_one_value = |g: &usize| !problem.groups[*g].addition.has_values_by_group();
-    problem.compatible_groups(set).into_par_iter().filter(has_one_value).map(p_value).collect()
+    let groups = problem.compatible_groups(set).into_iter();
+    let tested: Vec<usize> = groups.filter(|g| is_tested(*g)).filter(has_one_value).collect();
+    tested.into_par_iter().map(p_value).collect()
+}
+
+/// p-value of the coefficients of each group of a set, with the residuals of the linear problem.
+pub(crate) fn p_values_of(problem: &LinearProblem, groups: &[usize]) -> Vec<f64> {
+    p_values(problem, &problem.blocks, groups)
 }
 
 /// The best set that a selection starting from no effects finds; the empty set if none is better.
@@ -124,7 +151,7 @@ type Passed = BTreeMap<Vec<usize>, Option<LinearSet>>;
 impl<'p> Selection<'p> {
     fn new(problem: &'p LinearProblem, blocks: &'p [BlockSums], penalty: Penalty) -> Self {
         let BlockSums { h, g, .. } = sum_blocks(blocks);
-        let mut new = Self { problem, blocks, h, g, penalty, base: 0.0 };
+        let mut new = Self { problem, blocks, h, g, penalty, base: 0.0, is_allowed: &|_| true };
         new.base = new.error(&problem.declared).0;
         new
     }
@@ -220,7 +247,10 @@ impl<'p> Selection<'p> {
         factor.forward(&mut projected);
         let can_join = |g: &usize| {
             let new = &self.problem.groups[*g];
-            groups.iter().all(|other| other != g && self.problem.groups[*other].is_compatible_with(new))
+            (self.is_allowed)(*g)
+                && groups
+                    .iter()
+                    .all(|other| other != g && self.problem.groups[*other].is_compatible_with(new))
         };
         let gain = |g: usize| Some((self.gain_of(g, &columns, &factor, &projected)?, g));
         (0..self.problem.groups.len()).filter(can_join).filter_map(gain).collect()

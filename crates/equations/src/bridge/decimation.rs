@@ -83,7 +83,7 @@ fn decimate_task(engine_task: &EngineTask, every: usize) -> Option<EngineTask> {
     let record =
         EngineRecord::new(&engine_task.record.name, decimate_times(&engine_task.record.times, every), inputs)
             .ok()?;
-    Some(EngineTask { record, start: engine_task.start.clone(), parameters: engine_task.parameters.clone() })
+    Some(EngineTask { record, ..engine_task.clone() })
 }
 
 /// Keeps every n-th of the sample times, n = `every`.

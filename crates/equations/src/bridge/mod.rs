@@ -14,6 +14,7 @@ mod tuning;
 use crate::engine::{Method, Options, Seed as EngineSeed, Simulated as Lanes, Window};
 use crate::error::ModelError;
 use crate::library::{Candidate, Scales, candidates, formulas, table_draft};
+use crate::limits::MAX_SUBSTEPS;
 use crate::model::{Model, Target as ModelTarget};
 use crate::system::System as Compiled;
 use augsim_system::{
@@ -238,6 +239,16 @@ impl EquationSystem {
         complete.as_ref().unwrap_or(&self.compiled)
     }
 
+    /// Index of a seed of a declared initial state, and a state of an effect that begins with the same value, for all such
+    /// states.
+    fn followers(&self, seeds: &[EngineSeed]) -> Vec<(usize, usize)> {
+        let of_seed = |(column, seed): (usize, &EngineSeed)| -> Vec<(usize, usize)> {
+            let EngineSeed::Start(state) = seed else { return Vec::new() };
+            self.model().states_that_start_as(*state).map(|other| (column, other)).collect()
+        };
+        seeds.iter().enumerate().flat_map(of_seed).collect()
+    }
+
     /// Simulates tasks that have equal seeds together.
     fn simulate_group(
         &self,
@@ -263,6 +274,13 @@ impl EquationSystem {
                 Err(error) => results[index] = Some(Err(error)),
             }
         }
+        let followers = if tasks_to_run.iter().any(|(_, task)| task.computes_starts) {
+            self.followers(&seeds)
+        } else {
+            Vec::new()
+        };
+        let wanted = seeds.len();
+        seeds.extend(followers.iter().map(|(_, state)| EngineSeed::Start(*state)));
         let windows: Vec<Window<'_>> = tasks_to_run
             .iter()
             .map(|(_, engine_task)| Window {
@@ -274,16 +292,32 @@ impl EquationSystem {
             })
             .collect();
         let simulated = compiled.simulate(&windows, &seeds, &self.options);
-        for ((index, _), result) in tasks_to_run.iter().zip(simulated) {
+        for ((index, task), result) in tasks_to_run.iter().zip(simulated) {
             results[*index] = Some(match result {
-                Ok(lanes) => {
-                    copy_result(&lanes, self.schema.channels.len(), seeds.len(), out[*index]);
+                Ok(mut lanes) => {
+                    let added: &[_] = if task.computes_starts { &followers } else { &[] };
+                    merge_slopes(&mut lanes, seeds.len(), wanted, added);
+                    copy_result(&lanes, self.schema.channels.len(), wanted, out[*index]);
                     Ok(())
                 }
                 Err(error) => Err(SimulationError::Engine(Box::new(error))),
             });
         }
     }
+}
+
+/// Keeps the derivatives with respect to the first `wanted` of `seeds` seeds, and adds to that with respect to each
+/// declared initial state those with respect to the states that begin with it.
+fn merge_slopes(lanes: &mut Lanes, seeds: usize, wanted: usize, followers: &[(usize, usize)]) {
+    if seeds == wanted {
+        return;
+    }
+    let merge = |row: &[f64]| {
+        let mut merged = row[..wanted].to_vec();
+        followers.iter().zip(&row[wanted..]).for_each(|((column, _), slope)| merged[*column] += slope);
+        merged
+    };
+    lanes.slopes = lanes.slopes.chunks_exact(seeds).flat_map(merge).collect();
 }
 
 /// Copies the result of the engine for one window into the result of a task.
@@ -343,6 +377,10 @@ impl Simulate for EquationSystem {
     fn start_mean(&self, record: &Record, state: usize, parameters: &[f64], start: &[f64]) -> f64 {
         self.mean_of_start(record, state, parameters, start)
     }
+
+    fn effect_starts(&self, record: &Record, first: usize, declared: &[f64]) -> Vec<f64> {
+        self.starts_of_effects(record, first, declared)
+    }
 }
 
 impl Augment for EquationSystem {
@@ -372,7 +410,10 @@ impl Augment for EquationSystem {
         let mut schema = (*self.schema).clone();
         schema.states = schema::states(&model);
         system.schema = Arc::new(schema);
-        system.compiled = Arc::new(compiled.with_widths_of(&self.compiled));
+        // Data do not determine rates that are this much faster than the sampling, and each fit would take minutes.
+        let max_substeps = MAX_SUBSTEPS.max(self.options.substeps);
+        system.compiled =
+            Arc::new(compiled.with_widths_of(&self.compiled).with_max_stable_substeps(max_substeps));
         system.complete = Arc::default();
         Ok(Arc::new(system))
     }

@@ -8,10 +8,18 @@ use augsim_system::{Record, SimulationError, Stream, Task, Window};
 use std::sync::Arc;
 
 /// A simulation task in the form of the engine: record, initial state and parameters.
+#[derive(Clone)]
 pub(super) struct EngineTask {
     pub(super) record: EngineRecord,
     pub(super) start: Vec<f64>,
     pub(super) parameters: Vec<f64>,
+    /// Whether the states of effects begin where their `start` expressions say, and not at values of the task.
+    pub(super) computes_starts: bool,
+}
+
+/// Returns a number, or 0 if it is not finite.
+fn finite_or_zero(x: f64) -> f64 {
+    if x.is_finite() { x } else { 0.0 }
 }
 
 /// Number of value columns of a prepared input stream: coefficients of the powers 0 to 3 of time.
@@ -56,11 +64,16 @@ impl EquationSystem {
             parameters[*place] += difference;
         }
         let mut start = task.start.to_vec();
-        if start.len() == declared && declared < model.states.len() {
-            // States of effects start where their expressions say; the task has start values only for the
-            // declared states.
-            let guessed = self.guess(task.record, task.window.start, &parameters);
-            start.extend(guessed.into_iter().skip(declared).map(|x| if x.is_finite() { x } else { 0.0 }));
+        let is_unknown = |start: &[f64]| start[declared.min(start.len())..].iter().any(|x| x.is_nan());
+        let computes_starts =
+            declared < model.states.len() && (start.len() == declared || is_unknown(&start));
+        if computes_starts {
+            // States of effects start where their expressions say, if the task has no values for them.
+            let guessed =
+                self.starts_with_effects(task.record, task.window.start, &parameters, &start[..declared]);
+            start.resize(model.states.len(), f64::NAN);
+            let of_effects = start.iter_mut().zip(guessed).skip(declared);
+            of_effects.filter(|(x, _)| x.is_nan()).for_each(|(x, known)| *x = finite_or_zero(known));
         }
         Task { start: &start, ..task.clone() }.check(&self.schema, self.parameters.len())?;
         let times = task.times();
@@ -80,7 +93,7 @@ impl EquationSystem {
         let name = format!("trajectory {}", task.record.id);
         let record = EngineRecord::new(&name, times.to_vec(), inputs)
             .map_err(|error| SimulationError::Engine(Box::new(error)))?;
-        Ok(EngineTask { record, start, parameters })
+        Ok(EngineTask { record, start, parameters, computes_starts })
     }
 
     /// Appends the initial states that belong to effects to the declared initial states at a record's first sample.
@@ -89,10 +102,32 @@ impl EquationSystem {
     pub fn complete_start(&self, record: &Record, start: &[f64]) -> Vec<f64> {
         let mut full = start.to_vec();
         if start.len() < self.model().states.len() {
-            let guessed = self.guess(record, 0, &self.model().nominals());
-            full.extend(guessed.into_iter().skip(start.len()).map(|x| if x.is_finite() { x } else { 0.0 }));
+            let guessed = self.starts_with_effects(record, 0, &self.model().nominals(), start);
+            full.extend(guessed.into_iter().skip(start.len()).map(finite_or_zero));
         }
         full
+    }
+
+    /// Initial values of the states of effects at sample `first` of a record, from their `start` expressions, where the
+    /// declared states have the values `declared`.
+    pub(super) fn starts_of_effects(&self, record: &Record, first: usize, declared: &[f64]) -> Vec<f64> {
+        let starts = self.starts_with_effects(record, first, &self.model().nominals(), declared);
+        starts.into_iter().skip(self.model().declared_states()).map(finite_or_zero).collect()
+    }
+
+    /// The values `declared` of the declared states at sample `first` of a record, and those of the states of effects.
+    fn starts_with_effects(
+        &self,
+        record: &Record,
+        first: usize,
+        parameters: &[f64],
+        declared: &[f64],
+    ) -> Vec<f64> {
+        let mut known = declared.to_vec();
+        known.resize(self.model().declared_states(), f64::NAN);
+        self.with_first_samples(record, first, parameters, |samples| {
+            self.model().with_starts_of_effects(samples, known)
+        })
     }
 
     /// Guesses the initial state from the model's `start` expressions, on the samples from number `first` on.
@@ -156,7 +191,6 @@ impl EquationSystem {
         }
         record.initial_sample_count = START_SAMPLES.min(record.times.len());
         let parameters = model.nominals();
-        let finite_or_zero = |x: f64| if x.is_finite() { x } else { 0.0 };
         let record_start: Vec<f64> =
             self.guess(record, 0, &parameters).into_iter().map(finite_or_zero).collect();
         let cuts = self.cuts(&record.times);

@@ -6,7 +6,7 @@ use crate::text::{Kind, Lexer, Symbol, Token};
 use augsim_data::{Dimensions, Unit};
 use augsim_system::{
     Channel, Effect, EffectParameter, ErrorFigure, FormulaDomain, InitialValue, Input, InputInterpolation,
-    Parameter, Per, Quantity, Schema, State, Target,
+    Parameter, Per, Quantity, Rival, Schema, State, Target,
 };
 
 /// Bound of a parameter for which the file declares none, as a multiple of its nominal value (or of 1 if larger).
@@ -83,7 +83,8 @@ pub(super) fn states(model: &Model) -> Vec<State> {
     let begin = |index: usize| {
         let state = &model.states[index];
         match (&state.start.tree.nodes[..], state.sd) {
-            _ if index >= declared => InitialValue::Fixed(0.0),
+            (_, Some(sd)) if index >= declared => InitialValue::PriorAboutRecord(sd),
+            _ if index >= declared => InitialValue::FromRecord,
             ([node], sd) => match (&node.kind, sd) {
                 (Kind::Number(mean), Some(sd)) => InitialValue::Prior(*mean, sd),
                 // Only a state that is itself an output is measured; other outputs only help to guess it. A
@@ -209,8 +210,15 @@ pub(super) fn effect(candidate: &Candidate) -> Effect {
         formula: candidate.formula.clone(),
         source: candidate.source.clone(),
         equivalent_causes: candidate.equivalent_causes.clone(),
+        separated_by: candidate
+            .separated_by
+            .iter()
+            .map(|(kind, text)| (Rival::Kind(kind.clone()), text.clone()))
+            .collect(),
         excludes: candidate.excludes.clone(),
         reduces_to: candidate.reduces_to.clone(),
+        has_states: candidate.has_states(),
+        depends_on_past: candidate.has_states() || candidate.is_delay(),
         amplitude_count: Some(free().take_while(|p| !p.is_inner).count().max(1)),
         ..Effect::default()
     }

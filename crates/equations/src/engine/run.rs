@@ -213,7 +213,11 @@ impl<'r, const L: usize> Run<'r, L> {
     fn substeps(&self, lane: usize, interval_s: f64) -> usize {
         match self.options.method {
             Method::Euler { step_s } => euler::steps(interval_s, step_s),
-            _ => self.fastest[lane].substeps(interval_s, self.options.substeps),
+            _ => self.fastest[lane].substeps(
+                interval_s,
+                self.options.substeps,
+                self.system.max_stable_substeps,
+            ),
         }
     }
 

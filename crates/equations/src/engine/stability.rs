@@ -13,7 +13,7 @@
 
 use super::block::{Block, StepInputs};
 use super::{Method, Point, SimulationError, Window};
-use crate::limits::{MAX_STABLE_SUBSTEPS, MAX_SUBSTEPS};
+use crate::limits::MAX_SUBSTEPS;
 use crate::system::{Column, System};
 
 /// Maximum product of the fastest mode's rate (1/s) and the step length (s) for explicit steps.
@@ -34,11 +34,11 @@ pub(super) struct FastestMode {
 }
 
 impl FastestMode {
-    /// Number of integration steps that an interval of this length (s) needs, at least `substeps`.
-    pub(super) fn substeps(&self, interval_s: f64, substeps: usize) -> usize {
+    /// Number of integration steps that an interval of this length (s) needs, at least `substeps` and at most `max_substeps`.
+    pub(super) fn substeps(&self, interval_s: f64, substeps: usize, max_substeps: usize) -> usize {
         // The limit holds only for lanes that repeat a window which was refused.
         let stable = (self.rate * interval_s / STABILITY_LIMIT).ceil() as usize;
-        substeps.max(stable.min(MAX_STABLE_SUBSTEPS))
+        substeps.max(stable.min(max_substeps))
     }
 
     /// Error if an interval of the window needs more than `max_substeps` steps; `None` if none does.
@@ -107,7 +107,11 @@ pub(super) fn unstable(
     windows: &[&Window<'_>],
     modes: &[FastestMode],
 ) -> Vec<Option<SimulationError>> {
-    windows.iter().zip(modes).map(|(window, mode)| mode.check(system, window, MAX_STABLE_SUBSTEPS)).collect()
+    windows
+        .iter()
+        .zip(modes)
+        .map(|(window, mode)| mode.check(system, window, system.max_stable_substeps))
+        .collect()
 }
 
 impl System {

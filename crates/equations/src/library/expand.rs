@@ -27,6 +27,8 @@ pub struct Candidate {
     pub parameters: Vec<CandidateParameter>,
     /// Other physical explanations that the effect may be mistaken for.
     pub equivalent_causes: Vec<String>,
+    /// Experiments that distinguish the effect from others: kind of the other effect, and what to do.
+    pub separated_by: Vec<(String, String)>,
     /// Kinds of effects that describe the same phenomenon and are not added together with this one.
     pub excludes: Vec<String>,
     /// Kind of the simpler effect that results when the inner parameters go to their bounds; `None` if there is none.
@@ -165,8 +167,13 @@ fn expand_at(row: &Row, place: &Place, model: &Model, suffix: &str) -> Result<Ca
     for (other, expression) in place.others.iter().zip(&row.others) {
         changes.push(((*other, How::Add), text(expression)));
     }
-    let substitute_state =
-        |s: &DraftState| DraftState { name: new_name(&s.name), rate: text(&s.rate), start: text(&s.start) };
+    let substitute_state = |s: &DraftState| DraftState {
+        name: new_name(&s.name),
+        rate: text(&s.rate),
+        start: text(&s.start),
+        spread: s.spread.as_deref().map(text),
+        sd: None,
+    };
     let mut candidate = Candidate {
         kind: row.kind.clone(),
         name: row.kind.clone(),
@@ -179,6 +186,7 @@ fn expand_at(row: &Row, place: &Place, model: &Model, suffix: &str) -> Result<Ca
             .map(|p| CandidateParameter { name: new_name(&p.name), ..CandidateParameter::from_row(p) })
             .collect(),
         equivalent_causes: row.equivalent_causes.clone(),
+        separated_by: row.separated_by.clone(),
         excludes: row.excludes.clone(),
         reduces_to: row.reduces_to.clone(),
         source: row.source.clone(),
@@ -332,6 +340,16 @@ impl Candidate {
                 .collect();
         }
         points
+    }
+
+    /// Whether the effect brings states of its own into the model.
+    pub fn has_states(&self) -> bool {
+        !self.states.is_empty()
+    }
+
+    /// Whether the effect delays an input.
+    pub fn is_delay(&self) -> bool {
+        self.changes.iter().any(|((target, _), _)| matches!(target, Target::Delay(_)))
     }
 
     /// Builds the effect with these parameter values, ready to be added to the model.

@@ -4,6 +4,7 @@ use super::robot;
 use super::row_place::Place;
 use crate::model::{External, Force, Input, Model, Output, Parameter, Target};
 use crate::text::{Kind, Symbol, Tree};
+use augsim_data::Unit;
 
 /// Kinematic structure of a model: which states are rates of others, read from the equations.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -82,7 +83,8 @@ pub(super) fn places(word: &str, model: &Model) -> Option<Vec<Place>> {
         | "tilt" => {
             model.robot.as_ref().map_or_else(Vec::new, |robot| robot::places(word, robot, &model.outputs))
         }
-        "flow" => flow_places(model, &motion),
+        "flow" => flow_places(model, &motion, "x"),
+        "speed" => speed_places(model, &motion),
         "flow-pair" => flow_pair_places(model, &motion),
         "input" => input_places(model),
         "delay" => delay_places(model),
@@ -126,13 +128,24 @@ fn external_places(model: &Model, external: &External) -> Vec<Place> {
     external.forces.iter().enumerate().map(to_place).collect()
 }
 
-/// Places `flow`: the equation of every flow state.
-fn flow_places(model: &Model, motion: &Kinematics) -> Vec<Place> {
+/// Places `flow`: the equation of every flow state, which the row calls `argument`.
+fn flow_places(model: &Model, motion: &Kinematics, argument: &'static str) -> Vec<Place> {
     let to_place = |&x: &usize| {
         let name = state_name(model, x);
-        place(Target::Rate(x), name.clone(), None, vec![("x", name)])
+        place(Target::Rate(x), name.clone(), None, vec![(argument, name)])
     };
     motion.flows.iter().map(to_place).collect()
+}
+
+/// Places `speed`: the equation of every flow state whose unit is a speed or an angular speed. Its position is no state.
+fn speed_places(model: &Model, motion: &Kinematics) -> Vec<Place> {
+    let speeds = ["m/s", "rad/s"].map(|unit| Unit::parse(unit).map(Unit::dimensions));
+    let is_speed = |&state: &usize| {
+        let dimensions = model.states[state].unit.map(Unit::dimensions);
+        dimensions.is_some() && speeds.contains(&dimensions)
+    };
+    let flows = motion.flows.iter().copied().filter(is_speed).collect();
+    flow_places(model, &Kinematics { flows, ..Kinematics::default() }, "v")
 }
 
 /// Places for every ordered pair of flow equations.

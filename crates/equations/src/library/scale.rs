@@ -175,6 +175,15 @@ impl Scales {
             p.typical = p.typical.map(value);
             p.grid.iter_mut().chain(&mut p.scan).for_each(|x| *x = value(*x));
         }
+        let inner = candidate.parameters.iter().find(|p| p.is_inner).map_or(1.0, |p| p.null.abs());
+        for state in &mut candidate.states {
+            let of_start = || self.spread(&state.start, model);
+            let spread = match &state.spread {
+                Some(of) => Some(rms(&self.values(of, model))),
+                None => of_start(),
+            };
+            state.sd = Some(spread.filter(|sd| *sd > 0.0 && sd.is_finite()).unwrap_or(inner));
+        }
         for index in 0..candidate.parameters.len() {
             let p = &candidate.parameters[index];
             if p.is_inner {
@@ -267,6 +276,14 @@ impl Scales {
         }
         let size = TYPICAL_RATIO * rms(&changed) / rms(&term);
         if size > 0.0 && size.is_finite() { size } else { 1.0 }
+    }
+
+    /// Standard deviation of an expression over the sampled points; 0 for a number.
+    fn spread(&self, text: &str, model: &Model) -> Option<f64> {
+        let values = self.values(text, model);
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let deviations: Vec<f64> = values.iter().map(|x| x - mean).collect();
+        (!values.is_empty()).then(|| rms(&deviations))
     }
 
     /// Computes an expression at all sampled points.

@@ -4,7 +4,7 @@ use super::{Expression, Model, Parameter, State};
 use crate::error::{Fault, ModelError, Place};
 use crate::limits;
 use crate::nearest::nearest;
-use crate::text::{self, Problem, Scope, Symbol, Tree};
+use crate::text::{self, Kind, Problem, Scope, Symbol, Tree};
 use augsim_data::{Unit, escaped_short};
 use std::ops::Range;
 
@@ -128,6 +128,10 @@ pub struct DraftState {
     pub rate: String,
     /// Initial value of the state: a number, or the text of an expression as under `start` in a model file.
     pub start: String,
+    /// Quantity whose root mean square is the standard deviation of the initial value about `start`.
+    pub spread: Option<String>,
+    /// Standard deviation of the initial value about `start`; `None` until it is computed from data.
+    pub sd: Option<f64>,
 }
 
 impl Addition {
@@ -173,9 +177,9 @@ impl Scope for View<'_> {
         }
         let mut known_names = quantities.clone();
         match known_names.find(|(n, _)| *n == name) {
-            Some((_, Symbol::State(_) | Symbol::Let(_))) if self.is_start => Err(Problem::NotHere {
+            Some((_, Symbol::Let(_))) if self.is_start => Err(Problem::NotHere {
                 name: name.into(),
-                why: "a start value may use only outputs, inputs and parameters",
+                why: "a start value may use only outputs, states, inputs and parameters",
             }),
             Some((_, symbol)) => Ok(symbol),
             None => {
@@ -340,6 +344,20 @@ impl<'m> DraftReader<'m> {
         Ok(Expression { tree, line: self.draft.line, key })
     }
 
+    /// Parses the `start` of a state of the effect.
+    ///
+    /// An output that is the value of a declared state stands for that state: its first reading has noise.
+    fn start(&self, text: &str) -> Result<Expression, ModelError> {
+        let mut start = self.parse("start", text, true)?;
+        if let [node] = &mut start.tree.nodes[..]
+            && let Kind::Symbol(Symbol::Output(output)) = node.kind
+            && let Some(state) = self.model.state_of_output(output)
+        {
+            node.kind = Kind::Symbol(Symbol::State(state));
+        }
+        Ok(start)
+    }
+
     /// Parses the changes that the effect makes to the equations.
     fn changes(&self) -> Result<Vec<Change>, ModelError> {
         let change = |((target, how), text): &(DraftTarget, String)| {
@@ -354,8 +372,8 @@ impl<'m> DraftReader<'m> {
             Ok(State {
                 name: format!("{prefix}.{}", state.name),
                 unit: None,
-                start: self.parse("start", &state.start, true)?,
-                sd: None,
+                start: self.start(&state.start)?,
+                sd: state.sd,
                 min: None,
                 max: None,
                 shared: false,

@@ -32,6 +32,8 @@ pub struct Row {
     pub excludes: Vec<String>,
     /// Kind of the simpler effect that results when the inner parameters go to their bounds; `None` if there is none.
     pub reduces_to: Option<String>,
+    /// Experiments that distinguish the effect from others: kind of the other effect, and what to do.
+    pub separated_by: Vec<(String, String)>,
     /// Literature reference or other origin of the formula.
     pub source: String,
     /// File name and line of the block that describes the effect.
@@ -64,7 +66,7 @@ pub struct RowParameter {
 }
 
 /// Keys of a `[[candidate]]` block that are not parameters.
-const RESERVED_KEYS: [&str; 11] = [
+const RESERVED_KEYS: [&str; 12] = [
     "kind",
     "on",
     "add",
@@ -75,6 +77,7 @@ const RESERVED_KEYS: [&str; 11] = [
     "stands_for",
     "excludes",
     "contains",
+    "separated_by",
     "source",
 ];
 
@@ -113,22 +116,6 @@ impl Row {
             return Err(missing("on", "on = \"omega_rad_s\", the rate, output or input that it changes"));
         }
         let (how, expression) = change(item)?;
-        let mut states = Vec::new();
-        if let Some(table) = item.entry("states") {
-            let example = "a table such as { z = { rate = \"v - abs(v) * z / d\", start = 0.0 } }";
-            for (name, state) in table.entries(example)? {
-                check_name(&state, name)?;
-                state.table(example)?;
-                state.check_keys(&["rate", "start"])?;
-                let missing_rate =
-                    || state.error(Fault::Missing { key: "rate", example: "rate = \"v - z / d\"" });
-                let rate = state.entry("rate").ok_or_else(missing_rate)?;
-                let start =
-                    state.entry("start").map_or(Ok("0".to_owned()), |start| start.number_or_text())?;
-                let rate = rate.text("an expression in quotes")?.to_owned();
-                states.push(DraftState { name: name.to_owned(), rate, start });
-            }
-        }
         let mut parameters = Vec::new();
         for (name, entry) in item.entries("written as [[candidate]] blocks")? {
             if !RESERVED_KEYS.contains(&name) {
@@ -146,15 +133,49 @@ impl Row {
             how,
             expression,
             others: texts("add_other")?,
-            states,
+            states: states(item)?,
             parameters,
             equivalent_causes: texts("stands_for")?,
             excludes: texts("excludes")?,
             reduces_to: contains,
+            separated_by: separated_by(item)?,
             source: source.unwrap_or_default(),
             place: (item.reader.file.to_owned(), item.line),
         })
     }
+}
+
+/// Reads the states of an effect's block.
+fn states(item: &Item<'_, '_>) -> Result<Vec<DraftState>, ModelError> {
+    let mut states = Vec::new();
+    if let Some(table) = item.entry("states") {
+        let example = "a table such as { z = { rate = \"v - abs(v) * z / d\", start = 0.0 } }";
+        for (name, state) in table.entries(example)? {
+            check_name(&state, name)?;
+            state.table(example)?;
+            state.check_keys(&["rate", "start", "spread"])?;
+            let missing_rate =
+                || state.error(Fault::Missing { key: "rate", example: "rate = \"v - z / d\"" });
+            let rate = state.entry("rate").ok_or_else(missing_rate)?;
+            let start = state.entry("start").map_or(Ok("0".to_owned()), |start| start.number_or_text())?;
+            let rate = rate.text("an expression in quotes")?.to_owned();
+            let spread = state.entry("spread").map(|s| s.text("a quantity in quotes")).transpose()?;
+            let spread = spread.map(str::to_owned);
+            states.push(DraftState { name: name.to_owned(), rate, start, spread, sd: None });
+        }
+    }
+    Ok(states)
+}
+
+/// Reads the experiments that distinguish the effect of a block from others.
+fn separated_by(item: &Item<'_, '_>) -> Result<Vec<(String, String)>, ModelError> {
+    let mut separated_by = Vec::new();
+    if let Some(table) = item.entry("separated_by") {
+        for (kind, text) in table.entries("a table of kinds, each with an experiment in quotes")? {
+            separated_by.push((kind.to_owned(), text.text("an experiment in quotes")?.to_owned()));
+        }
+    }
+    Ok(separated_by)
 }
 
 /// Reads the expression of an effect's block, and how it changes its target.

@@ -1,7 +1,7 @@
 //! Guesses the initial states of windows from the first measured samples.
 
-use super::Model;
-use crate::text::{Bindings, Symbol};
+use super::{Model, State};
+use crate::text::{Bindings, Kind, Symbol};
 
 /// Number of samples through which `slope` fits the least-squares line.
 const SLOPE_SAMPLES: usize = 5;
@@ -21,8 +21,31 @@ pub struct FirstSamples<'a> {
 
 impl Model {
     /// Evaluates the `start` expression of each state; NaN if an output that it uses has no measured value.
+    ///
+    /// Those of effects may use the declared states.
     pub fn guess_start(&self, samples: &FirstSamples<'_>) -> Vec<f64> {
-        self.states.iter().map(|state| state.start.tree.value(samples)).collect()
+        let declared = &self.states[..self.declared_states()];
+        let start = declared.iter().map(|state| state.start.tree.value(samples)).collect();
+        self.with_starts_of_effects(samples, start)
+    }
+
+    /// Appends the initial values of the states of effects to those of the declared states.
+    pub(crate) fn with_starts_of_effects(&self, samples: &FirstSamples<'_>, declared: Vec<f64>) -> Vec<f64> {
+        let mut start = declared;
+        for state in &self.states[self.declared_states()..] {
+            let value = state.start.tree.value(&StartOfEffect { samples, start: &start });
+            start.push(value);
+        }
+        start
+    }
+
+    /// States of effects that begin with the value of the declared state `state`, and have no distribution about it.
+    pub(crate) fn states_that_start_as(&self, state: usize) -> impl Iterator<Item = usize> + '_ {
+        let starts_as = move |other: &State| {
+            let [node] = &other.start.tree.nodes[..] else { return false };
+            other.sd.is_none() && node.kind == Kind::Symbol(Symbol::State(state))
+        };
+        (self.declared_states()..self.states.len()).filter(move |i| starts_as(&self.states[*i]))
     }
 }
 
@@ -33,6 +56,29 @@ impl Model {
     /// which has measurement noise.
     pub(crate) fn start_mean(&self, state: usize, samples: &FirstSamples<'_>, start: &[f64]) -> f64 {
         self.states[state].start.tree.value(&StartMean { model: self, samples, start })
+    }
+}
+
+/// Values for a `start` expression of an effect: first samples, and initial values of the states before it.
+struct StartOfEffect<'a> {
+    samples: &'a FirstSamples<'a>,
+    start: &'a [f64],
+}
+
+impl Bindings for StartOfEffect<'_> {
+    fn symbol(&self, symbol: Symbol) -> f64 {
+        match symbol {
+            Symbol::State(i) => self.start.get(i).copied().unwrap_or(f64::NAN),
+            _ => self.samples.symbol(symbol),
+        }
+    }
+
+    fn table(&self, table: usize, at: f64) -> f64 {
+        self.samples.table(table, at)
+    }
+
+    fn slope(&self, output: usize) -> f64 {
+        self.samples.slope(output)
     }
 }
 

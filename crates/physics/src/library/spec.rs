@@ -239,6 +239,8 @@ impl From<&EffectSpec> for Effect {
             }),
             reduces_to: spec.reduces_to.map(Into::into),
             indicated_by: spec.indicated_by.map(Into::into),
+            has_states: false,
+            depends_on_past: false,
             costly: spec.costly,
             start: match spec.start {
                 Start::Estimate => EffectStart::Estimate,

@@ -13,6 +13,7 @@ from ._data import Data, read
 from ._discovery import Discovery, Figures, discover
 from ._errors import DataError, Error, ModelError, NumericalError, UsageError
 from ._model import Fit, Model, Parameter, Parameters
+from ._next import Plan, next
 from ._robot import from_robot
 from ._run import Run, train
 from ._stepper import Stepper
@@ -29,6 +30,7 @@ __all__ = [
     "NumericalError",
     "Parameter",
     "Parameters",
+    "Plan",
     "Run",
     "Stepper",
     "UsageError",
@@ -36,6 +38,7 @@ __all__ = [
     "discover",
     "from_robot",
     "generate",
+    "next",
     "read",
     "train",
 ]

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from datetime import timedelta
 from os import PathLike
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -55,6 +56,14 @@ class Discovery:
     def page(self, folder: str | PathLike[str]) -> str: ...
     def excerpt(self) -> str: ...
     def figures(self) -> list[tuple[str, str]]: ...
+
+class Plan:
+    @staticmethod
+    def read(folder: str | PathLike[str]) -> Plan: ...
+    def json(self) -> str: ...
+    def files(self) -> list[tuple[str, str]]: ...
+    def page(self) -> str | None: ...
+    def listen(self, data: Source) -> Plan: ...
 
 class Run:
     notes: list[str]
@@ -118,6 +127,18 @@ def discover(
     threads: int | None,
     progress: Callable[[str, float | None], Any] | None,
 ) -> Discovery: ...
+def next(
+    explanations: list[Path],
+    data: Source | None,
+    *,
+    is_fitted_to_data: bool,
+    limits: Path | None,
+    budget: int,
+    odds: float,
+    sequences: int,
+    seed: int,
+    progress: Callable[[str, float | None], Any] | None,
+) -> Plan: ...
 def end_functions() -> None: ...
 def from_robot(
     robot: str | PathLike[str],

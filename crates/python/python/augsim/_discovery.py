@@ -144,6 +144,16 @@ class Discovery:
         """Measured minus predicted values of the augmented model; see :meth:`augsim.Model.residuals`."""
         return self.model.residuals(data, burn_in=burn_in)
 
+    def next(self, data: Any = None, **options: Any) -> Any:
+        """Designs the runs that separate the named model from its live rivals: a :class:`augsim.Plan`.
+
+        ``data`` are the recordings of the discovery; without them the parameters are distributed as their intervals say. ``options``
+        are those of :func:`augsim.next`: ``limits`` (s, and the units of the names), ``budget`` (runs), ``odds``, ``sequences``, ``seed``.
+        """
+        from ._next import next as design
+
+        return design(self, data, is_fitted_to_data=True, **options)
+
     def summary(self) -> Any:
         """The parameters of the established effects as a pandas frame with a row each, or as a dict of lists without pandas."""
         rows = [(e["kind"], name, p) for e in self.effects for name, p in e["parameters"].items()]

@@ -4,11 +4,13 @@ mod errors;
 mod examples;
 mod findings;
 mod groups;
+mod hidden_states;
 mod joints;
 mod methods;
 mod residuals;
 
 pub use examples::{Example, TopView};
+pub use hidden_states::{HiddenState, StepResponse};
 pub use residuals::EffectCurve;
 
 use crate::{ReportContext, Subject};
@@ -115,6 +117,7 @@ pub fn page(context: &ReportContext, subject: &Subject, d: &Discovery) -> Page {
             Section::new("Error on held-out data", errors::blocks(d, &declared.quantity)),
             Section::new("Leads: suggested effects, not established", findings::leads(d)),
             Section::new("Added effects as curves", residuals::laws(&figures.curves)),
+            Section::new("Hidden states of the added effects", hidden_states::blocks(&figures.hidden_states)),
             Section::new("Open questions", findings::open_questions(d)),
             Section::new("Residual, before and after", residuals::blocks(d)),
             Section::new("Candidates", findings::candidates(d)),

@@ -2,9 +2,10 @@
 
 use super::fit::prepare_records;
 use super::forecast::{FreeRun, free_runs};
+use super::hidden_states::hidden_states;
 use super::records;
 use crate::Subject;
-use crate::discovery_page::{EffectCurve, Example};
+use crate::discovery_page::{EffectCurve, Example, HiddenState};
 use crate::joints::{FrictionCurve, JointResult, friction_curves, joint_results};
 use augsim_data::Dataset;
 use augsim_discovery::Discovery;
@@ -32,6 +33,8 @@ pub struct Figures {
     pub examples: Vec<Example>,
     /// Curves of the added effects over the quantities they depend on.
     pub curves: Vec<EffectCurve>,
+    /// Hidden states of the added effects over a recording, and their step responses.
+    pub hidden_states: Vec<HiddenState>,
     /// Errors and effects of each joint of a robot; empty for other models.
     pub joints: Vec<JointResult>,
     /// Friction torque of each joint of a robot over its speed; empty for other models.
@@ -100,7 +103,9 @@ fn draw(declared: &Model, found: &Discovery, data: &Dataset) -> anyhow::Result<F
             });
         }
     }
-    Ok(Figures { examples, curves, ..Figures::default() })
+    // A model that diverges over the whole record has no such figures.
+    let hidden_states = hidden_states(&augmented, &list, BURN_IN).unwrap_or_default();
+    Ok(Figures { examples, curves, hidden_states, ..Figures::default() })
 }
 
 /// Unwraps a periodic quantity: moves each value by whole periods to the one nearest to its predecessor.

@@ -7,6 +7,7 @@ pub mod figures;
 pub mod fit;
 pub mod fitted;
 pub mod forecast;
+mod hidden_states;
 mod new_unit;
 pub mod noise;
 pub mod records;

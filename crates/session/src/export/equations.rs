@@ -55,6 +55,8 @@ impl Writer<'_> {
             (Symbol::Parameter(i), _) => {
                 format!("p[{}]", super::words::literal(&m.parameters[i].name, self.language))
             }
+            // The states of an effect may start as declared states do.
+            (Symbol::State(i), _) => format!("x[{i}]"),
             _ => self.nan(),
         }
     }

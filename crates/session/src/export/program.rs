@@ -6,7 +6,7 @@ use super::templates;
 use super::words::{comment, fill, literal, with_prefix};
 use super::{Language, number};
 use augsim_equations::listing::{Derivatives, Listing, Routine, Variable};
-use augsim_equations::model::{Direction, Event, Hold, Integrator};
+use augsim_equations::model::{Direction, Event, Hold, Integrator, State};
 use augsim_equations::{Model, ModelError};
 
 /// An equation model with all that is needed to write it as a program.
@@ -209,6 +209,7 @@ impl<'a> Program<'a> {
             ("HISTORY_LENGTH", history(templates::C_HISTORY_LENGTH, "")),
             ("HISTORY_FIELDS", history(templates::C_HISTORY_FIELDS, "")),
             ("GUESSES", self.guesses()),
+            ("GUESSES_OF_EFFECTS", self.guesses_of_effects()),
             ("TABLES", self.tables()),
         ]
     }
@@ -246,11 +247,37 @@ impl<'a> Program<'a> {
             names: Some(&self.names),
             purpose: Use::Start,
         };
-        let starts = self.model.states.iter().map(|s| writer.expression(&s.start.tree));
-        match self.is_c() {
-            true => starts.enumerate().map(|(i, start)| format!("    x[{i}] = {start};\n")).collect(),
-            false => format!("    found = [{}]\n", starts.collect::<Vec<_>>().join(", ")),
+        let (declared, of_effects) = self.model.states.split_at(self.model.declared_states());
+        let start = |s: &State| writer.expression(&s.start.tree);
+        if self.is_c() {
+            let lines = declared.iter().enumerate();
+            return lines.map(|(i, s)| format!("    x[{i}] = finite_or_zero({});\n", start(s))).collect();
         }
+        let first: Vec<String> = declared.iter().map(start).collect();
+        let mut text = format!(
+            "    x = [start.get(name, finite(value)) for name, value in zip(STATES, [{}])]\n",
+            first.join(", ")
+        );
+        for (i, s) in (declared.len()..).zip(of_effects) {
+            text += &format!("    x.append(start.get(STATES[{i}], finite({})))\n", start(s));
+        }
+        text
+    }
+
+    /// Writes statements in C that compute the initial states of effects from those of the declared states.
+    fn guesses_of_effects(&self) -> String {
+        let writer = Writer {
+            model: self.model,
+            language: self.language,
+            names: Some(&self.names),
+            purpose: Use::Start,
+        };
+        let declared = self.model.declared_states();
+        let of_effects = self.model.states.iter().enumerate().skip(declared);
+        let line = |(i, s): (usize, &State)| {
+            format!("    if (isnan(x[{i}])) x[{i}] = finite_or_zero({});\n", writer.expression(&s.start.tree))
+        };
+        of_effects.map(line).collect()
     }
 
     /// Writes the knots and values of the model's tables, and the functions that interpolate them.

@@ -122,7 +122,9 @@ impl SystemFilter {
         let unbounded = [f64::NEG_INFINITY, f64::INFINITY];
         for (i, state) in schema.states.iter().enumerate() {
             let prior = match state.initial {
-                InitialValue::Fixed(_) => continue,
+                InitialValue::Fixed(_) | InitialValue::FromRecord | InitialValue::PriorAboutRecord(_) => {
+                    continue;
+                }
                 InitialValue::Prior(mean, sd) => Some((mean, sd)),
                 InitialValue::Free | InitialValue::Measured(_) | InitialValue::PriorAboutExpression(_) => {
                     None

@@ -82,7 +82,11 @@ fn largest_error(printed: &str, engine: &[f64], what: &str) -> f64 {
 }
 
 /// Checks that the step function and the FMU of a model give the trajectory of the engine.
+///
+/// Their caller gives all initial states. Those of effects begin at 0 here, in the engine as well.
 pub fn follow_the_engine(model: &Model, plan: &Plan, what: &str, dir: &Path) {
+    let of_effects = model.states[model.declared_states()..].iter().map(|s| (s.name.clone(), vec![0.0]));
+    let plan = &Plan { start: plan.start.iter().cloned().chain(of_effects).collect(), ..plan.clone() };
     let declared = model.numerics.integrator;
     let methods = match declared {
         Integrator::Automatic => &[Integrator::Explicit, Integrator::Implicit][..],
@@ -100,9 +104,10 @@ pub fn follow_the_engine(model: &Model, plan: &Plan, what: &str, dir: &Path) {
     fmpy_follows_the_engine(&fixed, plan, what, dir);
 }
 
-/// Initial value of a state: as planned, or 0 for a state that an effect adds.
+/// Initial value of a state, as planned.
 fn start_of(state: &model::State, plan: &Plan) -> f64 {
-    plan.start.iter().find(|(name, _)| *name == state.name).map_or(0.0, |(_, values)| values[0])
+    let planned = plan.start.iter().find(|(name, _)| *name == state.name);
+    planned.expect("a planned start").1[0]
 }
 
 /// Compares the step function with the engine; inputs are linear at most, because a spline needs the samples to come.
