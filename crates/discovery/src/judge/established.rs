@@ -128,23 +128,38 @@ pub(crate) fn named_set(search: &Search<'_>, found: &mut SearchResult) -> usize 
     simplest(search, found, best)
 }
 
-/// Index of the smallest significant set that is equivalent to the set `best`; among equal sizes the best
-/// one. The rule is the one-standard-error rule of Breiman et al. 1984, with two standard errors.
+/// Index of the simplest significant set that is equivalent to the set `best`; among equally simple ones the best.
+///
+/// A set is simpler if it has fewer effects, or as many with fewer that depend on the past. In the second case the residuals
+/// that it leaves must not depend on the past. The rule is the one-standard-error rule of Breiman et al. 1984, with two
+/// standard errors.
 fn simplest(search: &Search<'_>, found: &SearchResult, best: usize) -> usize {
     let set = &found.sets[best];
     // Subsets were already rejected by the significance of what they lack.
     let is_part = |other: &Scored| other.additions().iter().all(|a| set.additions().contains(a));
     let is_eligible = |n: &usize| {
         let other = &found.sets[*n];
-        other.additions().len() < set.additions().len()
+        size(other) < size(set)
             && !is_part(other)
             && is_equivalent(found, other, set)
             && found.is_significant(search, other)
             && found.margin(other, found.base()) >= 0.0
     };
-    let eligible = (0..found.sets.len()).filter(is_eligible);
-    let rank = |n: &usize| (found.sets[*n].additions().len(), -found.margin(&found.sets[*n], set));
-    eligible.min_by(|a, b| rank(a).partial_cmp(&rank(b)).unwrap_or(std::cmp::Ordering::Equal)).unwrap_or(best)
+    let mut eligible: Vec<usize> = (0..found.sets.len()).filter(is_eligible).collect();
+    let margin = |n: usize| found.margin(&found.sets[n], set);
+    eligible.sort_by(|a, b| {
+        size(&found.sets[*a]).cmp(&size(&found.sets[*b])).then(margin(*b).total_cmp(&margin(*a)))
+    });
+    let is_as_good = |n: &usize| {
+        found.sets[*n].additions().len() < set.additions().len() || stand_in(search, found, *n).is_none()
+    };
+    eligible.into_iter().find(is_as_good).unwrap_or(best)
+}
+
+/// Number of effects of a set, and of those that depend on the past.
+fn size(set: &Scored) -> (usize, usize) {
+    let additions = set.additions();
+    (additions.len(), additions.iter().filter(|a| a.depends_on_past()).count())
 }
 
 /// Whether `other` predicts left-out blocks as well as `set`, within two standard errors. The standard error
