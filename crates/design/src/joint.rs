@@ -192,6 +192,20 @@ impl Joint {
         Some(there)
     }
 
+    /// The recordings at the maximum of their density with the prior N(`centre`, I); its coordinates are relative to `centre`.
+    ///
+    /// `None` if they cannot be simulated at `centre`.
+    pub fn pulled_to(&self, centre: &[f64]) -> Option<Self> {
+        let prior = Arc::new(Explanation { values: self.prior.values_at(centre), ..(*self.prior).clone() });
+        let xi = vec![0.0; centre.len()];
+        let opened = self.runs.iter().map(|run| (run.opened.clone(), run.u.clone())).collect();
+        let runs = linearised(&prior, &xi, opened).ok()?;
+        let mut pulled = Self { prior, weight: 1.0, xi, runs, cost: 0.0, sums: Sums::default() };
+        pulled.sum();
+        pulled.maximise();
+        Some(pulled)
+    }
+
     /// The recordings at the coordinates `xi` of the parameters; `None` if they cannot be simulated there.
     ///
     /// The initial states are the most probable ones there, after at most two Gauss-Newton steps.

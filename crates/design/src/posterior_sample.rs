@@ -8,8 +8,10 @@
 //! ```
 //!
 //! It need not be about normal: recordings may leave parameters on a curve, or at a bound. Candidates are drawn in rounds
-//! (population Monte Carlo: Cappé, Guillin, Marin and Robert 2004). The first round has kernels at the maximum of π, and the
-//! prior; later ones have kernels at candidates that are resampled by their weights, with the curvature of π there:
+//! (population Monte Carlo: Cappé, Guillin, Marin and Robert 2004). The first round has kernels at the maxima of
+//! Π L_r(ξ) N(ξ; ξ₀, I) for centres ξ₀ that are drawn from the prior (randomised maximum likelihood: Oliver, He and Reynolds
+//! 1996), which are all over the distribution; later ones have kernels at candidates that are resampled by their weights. A
+//! kernel has the curvature of π at its centre:
 //!
 //! ```text
 //! (2)  kernel at ξ_c:  N(ξ_c, s² (I + Σ A_r(ξ_c))⁻¹)
@@ -37,10 +39,10 @@ const CENTRES: usize = 64;
 const WIDTHS: [f64; 3] = [1.0, 0.3, 0.1];
 /// Number of candidates of a round: one for each kernel.
 const CANDIDATES: usize = CENTRES * WIDTHS.len();
-/// Width of the wide kernel of the first round, in units of the narrow one.
-const FIRST_WIDTH: f64 = 3.0;
-/// Effective number of candidates from which the rounds end.
-const SUFFICIENT: f64 = 100.0;
+/// Effective number of candidates from which the rounds end: as many as a promise has sequences.
+const SUFFICIENT: f64 = 200.0;
+/// Minimum number of rounds: where the first one has only little of the distribution, its effective number may be large by chance.
+const MIN_ROUNDS: usize = 3;
 /// Maximum number of rounds.
 const MAX_ROUNDS: usize = 10;
 
@@ -77,9 +79,10 @@ impl PosteriorSample {
         }
         let mut rng = random_stream(seed, "posterior", index);
         let mut population = Population::new(&joint);
-        for _ in 0..MAX_ROUNDS {
+        for round in 1..=MAX_ROUNDS {
             population.add_round(&mut rng);
-            if population.effective() >= SUFFICIENT || population.candidates.is_empty() {
+            let is_sufficient = round >= MIN_ROUNDS && population.effective() >= SUFFICIENT;
+            if is_sufficient || population.candidates.is_empty() {
                 break;
             }
         }
@@ -184,7 +187,7 @@ impl<'a> Population<'a> {
     /// Draws one candidate from each kernel of a new round, and computes all weights anew.
     fn add_round(&mut self, rng: &mut impl Rng) {
         let new =
-            if self.weights.is_empty() { self.first_kernels() } else { self.kernels_at_candidates(rng) };
+            if self.weights.is_empty() { self.first_kernels(rng) } else { self.kernels_at_candidates(rng) };
         let drawn: Vec<Vec<f64>> = new.iter().map(|kernel| kernel.draw(rng)).collect();
         let joint = self.joint;
         let candidate = |xi: Vec<f64>| -> Option<Candidate> {
@@ -203,16 +206,22 @@ impl<'a> Population<'a> {
         self.weigh();
     }
 
-    /// Kernels of the first round: at the maximum of the density, and the prior.
-    fn first_kernels(&self) -> Vec<Kernel> {
-        let (xi, information) = (self.joint.xi(), self.joint.information());
-        let nothing = vec![vec![0.0; xi.len()]; xi.len()];
-        let kernels = [
-            Kernel::new(xi, information, 1.0),
-            Kernel::new(xi, information, FIRST_WIDTH),
-            Kernel::new(&vec![0.0; xi.len()], &nothing, 1.0),
-        ];
-        kernels.into_iter().flatten().flat_map(|kernel| std::iter::repeat_n(kernel, CENTRES)).collect()
+    /// Kernels of the first round: at maxima of the density that priors about drawn centres leave.
+    fn first_kernels(&self, rng: &mut impl Rng) -> Vec<Kernel> {
+        let joint = self.joint;
+        let centres: Vec<Vec<f64>> = (1..CENTRES)
+            .map(|_| joint.xi().iter().map(|_| StandardNormal.sample(&mut *rng)).collect())
+            .collect();
+        let kernels = |xi: &[f64], information: &[Vec<f64>]| -> Vec<Kernel> {
+            WIDTHS.iter().filter_map(|width| Kernel::new(xi, information, *width)).collect()
+        };
+        let pulled = |centre: &Vec<f64>| -> Option<Vec<Kernel>> {
+            let there = joint.pulled_to(centre)?;
+            let xi: Vec<f64> = centre.iter().zip(there.xi()).map(|(a, b)| a + b).collect();
+            Some(kernels(&xi, there.information()))
+        };
+        let all: Vec<Vec<Kernel>> = centres.par_iter().filter_map(pulled).collect();
+        all.into_iter().flatten().chain(kernels(joint.xi(), joint.information())).collect()
     }
 
     /// Kernels at candidates that are resampled by their weights (systematic resampling).
