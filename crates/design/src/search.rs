@@ -18,6 +18,8 @@ const CANDIDATES: u64 = 128;
 const FULLY_SCORED: usize = 16;
 /// Number of the best of these that are refined.
 const REFINED: usize = 2;
+/// Number of the best recorded runs that are scored with full refits: a pool is chosen from after each run of each order.
+const FULLY_SCORED_RECORDED: usize = 4;
 /// Step of the coordinates in the refinement.
 const STEP: f64 = 0.15;
 /// Number of parameter draws of each explanation in a score; the fitted values are the first.
@@ -138,7 +140,7 @@ pub fn choose(request: &Request<'_>, pool: &[Experiment]) -> Option<usize> {
         let scored = study.score_experiment(experiment)?;
         Some((study.value(&scored, &planned), (index, scored)))
     };
-    let all = largest(pool.par_iter().enumerate().filter_map(scored).collect(), FULLY_SCORED);
+    let all = largest(pool.par_iter().enumerate().filter_map(scored).collect(), FULLY_SCORED_RECORDED);
     let full = |(linear, (index, scored)): (f64, (usize, Scored))| {
         let value = full_score(&study, &sequences, scored).map_or(linear, |(value, _)| value);
         (value, index)
