@@ -33,7 +33,7 @@
 use crate::error::DesignError;
 use crate::explanation::Explanation;
 use crate::joint::Joint;
-use crate::posterior::{after_recordings_from, with_prior};
+use crate::posterior::{after_recordings_from, with_prior, with_prior_of_draws};
 use crate::verdict::{Tally, log_sum};
 use augsim_system::Record;
 use std::sync::Arc;
@@ -94,7 +94,7 @@ pub struct Evidence {
     mixture: Mixture,
     /// The halves of the earlier recordings; empty without any.
     halves: Vec<Half>,
-    /// All earlier recordings, from the wide distribution; `None` without any.
+    /// All earlier recordings, from the prior of draws; `None` without any.
     earlier: Option<Arc<Joint>>,
     /// Whether further recordings are taken into the mixture density.
     has_density: bool,
@@ -142,7 +142,8 @@ impl Evidence {
             1 => vec![Half::new(&broad, &[], earlier)?],
             _ => vec![Half::new(&broad, &parts[0], &parts[1])?, Half::new(&broad, &parts[1], &parts[0])?],
         };
-        let mut all = Joint::new(&broad.0, 1.0, broad.1.clone());
+        let (prior_of_draws, start) = with_prior_of_draws(prior);
+        let mut all = Joint::new(&prior_of_draws, 1.0, start);
         all.add_all(earlier)?;
         let mixture = Mixture::new(prior, Some(broad));
         let evidence = Self { mixture, halves, earlier: Some(Arc::new(all)), has_density: true };
@@ -192,7 +193,7 @@ impl Evidence {
         Self { has_density: self.halves.is_empty(), ..self.clone() }
     }
 
-    /// All recordings with the widest distribution of the parameters before them: that of the bounds, or the declared one.
+    /// All recordings with the prior of draws, or the declared distribution of the parameters without earlier recordings.
     pub(crate) fn all_recordings(&self) -> Result<Joint, DesignError> {
         match (&self.earlier, &self.mixture.wide) {
             (Some(earlier), Some(new)) => earlier.joined(new),

@@ -118,7 +118,7 @@ impl Joint {
         Ok(())
     }
 
-    /// These recordings and those of `other`, which has the same prior, at their maximum.
+    /// These recordings and those of `other`, at the maximum of their density with this prior.
     ///
     /// # Errors
     /// A recording cannot be simulated.
@@ -271,8 +271,8 @@ impl Joint {
         self.sums.constant - 0.5 * (self.sums.squares + self.weight * self.prior_squares())
     }
 
-    /// Information Σ A_r of the recordings on the parameters, without the prior.
-    pub fn information(&self) -> &[Vec<f64>] {
+    /// Information Σ A_r of the recordings, after their first samples, on the parameters; without the prior.
+    pub fn later_information(&self) -> &[Vec<f64>] {
         &self.sums.later_information
     }
 

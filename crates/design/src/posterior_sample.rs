@@ -1,7 +1,7 @@
 //! Possible true parameters: draws from their distribution after all recordings, by importance resampling.
 //!
 //! With the likelihood L_r(ξ) of recording r by simulation, its initial state integrated out as in `reduced.rs`, and the prior
-//! N(0, I) of the coordinates ξ, which is as wide as the bounds, the density of ξ after the recordings is
+//! N(0, I) of the coordinates ξ, which is as wide as the bounds, or as 3 standard errors of the fit without them, the density of ξ after the recordings is
 //!
 //! ```text
 //! (1)  π(ξ) = Π L_r(ξ) N(ξ; 0, I) / constant,     0 outside the bounds
@@ -191,9 +191,12 @@ impl<'a> Population<'a> {
         let drawn: Vec<Vec<f64>> = new.iter().map(|kernel| kernel.draw(rng)).collect();
         let joint = self.joint;
         let candidate = |xi: Vec<f64>| -> Option<Candidate> {
-            let there = joint.moved_to(&xi).filter(|_| joint.prior.is_within_bounds(&xi))?;
+            if !joint.prior.is_within_bounds(&xi) {
+                return None;
+            }
+            let there = joint.moved_to(&xi)?;
             let log_density = there.log_posterior();
-            let information = there.information().to_vec();
+            let information = there.later_information().to_vec();
             log_density.is_finite().then_some(Candidate { xi, log_density, information })
         };
         let found: Vec<Candidate> = drawn.into_par_iter().filter_map(candidate).collect();
@@ -218,10 +221,10 @@ impl<'a> Population<'a> {
         let pulled = |centre: &Vec<f64>| -> Option<Vec<Kernel>> {
             let there = joint.pulled_to(centre)?;
             let xi: Vec<f64> = centre.iter().zip(there.xi()).map(|(a, b)| a + b).collect();
-            Some(kernels(&xi, there.information()))
+            Some(kernels(&xi, there.later_information()))
         };
         let all: Vec<Vec<Kernel>> = centres.par_iter().filter_map(pulled).collect();
-        all.into_iter().flatten().chain(kernels(joint.xi(), joint.information())).collect()
+        all.into_iter().flatten().chain(kernels(joint.xi(), joint.later_information())).collect()
     }
 
     /// Kernels at candidates that are resampled by their weights (systematic resampling).
