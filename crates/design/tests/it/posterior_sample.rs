@@ -45,7 +45,7 @@ fn draws_have_the_distribution_that_recordings_leave_on_a_curve() {
     let new = run([1.0, 0.8], &mut rng);
     let after = after_recordings(&free, &earlier).expect("recordings of the model");
     let mut evidence = Evidence::after(&after, &earlier).expect("recordings of the model");
-    for records in [earlier.clone(), [&earlier[..], &[new.clone()]].concat()] {
+    for records in [earlier.clone(), [&earlier[..], std::slice::from_ref(&new)].concat()] {
         if records.len() > earlier.len() {
             evidence.add(&new).expect("a recording of the model");
         }

@@ -8,8 +8,8 @@ use super::text::{note_on_starts, plan_sentence, why_not};
 use crate::equations::unit_text;
 use augsim_data::random_stream;
 use augsim_design::{
-    Candidate, Evidence, Experiment, Explanation, Limits, PosteriorSample, Promise, Request, Run,
-    after_recordings, design, nominal_run, promise, weights,
+    Candidate, DesignError, Evidence, Experiment, Explanation, Limits, PosteriorSample, Promise, Request,
+    Run, after_recordings, design, nominal_run, promise, weights,
 };
 use augsim_equations::Model;
 use augsim_system::Record;
@@ -109,7 +109,7 @@ pub(super) fn plan(request: &PlanRequest<'_>) -> anyhow::Result<Planned> {
     let (live, drawn) = (&explanations, &samples);
     let request =
         Request { explanations: live, evidence: &evidence, samples: drawn, limits, budget, odds, seed };
-    let runs = design(&request)?;
+    let (runs, note_on_limits) = designed(&request)?;
     let experiments: Vec<&Experiment> = runs.iter().map(|r| &r.experiment).collect();
     let promised = (explanations.len() > 1)
         .then(|| promise(&evidence, &samples, &experiments, budget, odds, sequences, seed));
@@ -127,7 +127,8 @@ pub(super) fn plan(request: &PlanRequest<'_>) -> anyhow::Result<Planned> {
             ..promise_of(p, sequences)
         }
     });
-    state.note = note_on_starts(&explanations);
+    let notes: Vec<String> = note_on_limits.into_iter().chain(note_on_starts(&explanations)).collect();
+    state.note = (!notes.is_empty()).then(|| notes.join(" "));
     state.sentence = plan_sentence(&state, request.limits);
     let files =
         runs.iter().zip(&state.plan).map(|(run, p)| (p.file.clone(), csv(run, request.limits))).collect();
@@ -137,6 +138,24 @@ pub(super) fn plan(request: &PlanRequest<'_>) -> anyhow::Result<Planned> {
     let predictions = runs.iter().map(predict).collect::<anyhow::Result<_>>()?;
     let experiments = runs.into_iter().map(|r| r.experiment).collect();
     Ok(Planned { state, files, experiments, predictions, columns: columns(&model) })
+}
+
+/// Designs runs with draws of the parameters from what the recordings leave of them.
+///
+/// Where some of these draws leave the ranges whatever the inputs are, as with a tabulated force at speeds that were not reached,
+/// the draws are from the normal distributions about the fits, and a note says so.
+fn designed(request: &Request<'_>) -> Result<(Vec<Run>, Option<String>), DesignError> {
+    match design(request) {
+        Err(DesignError::NoDesign(_)) => {
+            let normal: Vec<PosteriorSample> =
+                request.explanations.iter().map(PosteriorSample::normal).collect();
+            let runs = design(&Request { samples: &normal, ..request.clone() })?;
+            let note = "Some parameter values that the recordings allow leave the ranges with any input: the limits were checked with normal \
+                        distributions about the fitted values alone.";
+            Ok((runs, Some(note.to_owned())))
+        }
+        runs => Ok((runs?, None)),
+    }
 }
 
 /// Names and units of the inputs and of the outputs of a model.
