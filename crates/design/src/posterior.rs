@@ -10,10 +10,10 @@ use augsim_system::Record;
 /// Standard deviation of the prior of a parameter without finite bounds, in standard errors of its fit.
 const PRIOR_ERRORS: f64 = 100.0;
 
-/// The same for draws of possible true values.
+/// Standard deviation of the prior of such a parameter for draws of possible true values, in standard errors of its fit.
 ///
-/// Recordings that determine a parameter make the draws hardly narrower by it: 0.95 standard errors. One that they do not
-/// determine, as the force of a table at speeds that were not reached, keeps about what its fit says.
+/// A parameter that the recordings determine keeps 0.95 of its standard error. One that they do not determine, as the force
+/// of a table at speeds that were not reached, is drawn from the prior; a hundred standard errors would be no possible value.
 const DRAW_ERRORS: f64 = 3.0;
 
 /// Computes the distribution of an explanation's parameters after recordings, from a prior as wide as their bounds.
