@@ -33,9 +33,10 @@
 use crate::error::DesignError;
 use crate::explanation::Explanation;
 use crate::joint::Joint;
-use crate::posterior::{after_recordings_from, with_prior};
+use crate::posterior::{after_recordings_from, with_prior, with_prior_of_draws};
 use crate::verdict::{Tally, log_sum};
 use augsim_system::Record;
+use std::sync::Arc;
 
 /// Weight of a prior as wide as the bounds in the search for the maximum (2).
 ///
@@ -93,6 +94,10 @@ pub struct Evidence {
     mixture: Mixture,
     /// The halves of the earlier recordings; empty without any.
     halves: Vec<Half>,
+    /// All earlier recordings, from the prior of draws; `None` without any.
+    earlier: Option<Arc<Joint>>,
+    /// Whether further recordings are taken into the mixture density.
+    has_density: bool,
 }
 
 /// A half of the earlier recordings, joined by the new ones.
@@ -119,7 +124,7 @@ impl Half {
 impl Evidence {
     /// No recording yet, and no earlier one: the parameters are distributed as the explanation says.
     pub fn new(prior: &Explanation) -> Self {
-        Self { mixture: Mixture::new(prior, None), halves: Vec::new() }
+        Self { mixture: Mixture::new(prior, None), halves: Vec::new(), earlier: None, has_density: true }
     }
 
     /// No recording yet; `earlier` recordings have left the distribution of the parameters.
@@ -137,7 +142,11 @@ impl Evidence {
             1 => vec![Half::new(&broad, &[], earlier)?],
             _ => vec![Half::new(&broad, &parts[0], &parts[1])?, Half::new(&broad, &parts[1], &parts[0])?],
         };
-        let evidence = Self { mixture: Mixture::new(prior, Some(broad)), halves };
+        let (prior_of_draws, start) = with_prior_of_draws(prior);
+        let mut all = Joint::new(&prior_of_draws, 1.0, start);
+        all.add_all(earlier)?;
+        let mixture = Mixture::new(prior, Some(broad));
+        let evidence = Self { mixture, halves, earlier: Some(Arc::new(all)), has_density: true };
         evidence.checked(earlier).map(|()| evidence)
     }
 
@@ -154,7 +163,9 @@ impl Evidence {
     /// # Errors
     /// As [`Evidence::add`].
     pub fn add_all(&mut self, records: &[Record]) -> Result<(), DesignError> {
-        self.mixture.add_all(records)?;
+        if self.has_density {
+            self.mixture.add_all(records)?;
+        }
         self.halves.iter_mut().try_for_each(|half| half.maximum.add_all(records))?;
         self.checked(records)
     }
@@ -173,6 +184,21 @@ impl Evidence {
     /// The evidence without what only [`Evidence::log_maximum`] needs, for a truth of which the density alone is used.
     pub(crate) fn density_only(&self) -> Self {
         Self { halves: Vec::new(), ..self.clone() }
+    }
+
+    /// The evidence without what only [`Evidence::log_density`] needs, for a rival of which the maximum alone is used.
+    ///
+    /// Without earlier recordings the maximum needs all of it.
+    pub(crate) fn maximum_only(&self) -> Self {
+        Self { has_density: self.halves.is_empty(), ..self.clone() }
+    }
+
+    /// All recordings with the prior of draws, or the declared distribution of the parameters without earlier recordings.
+    pub(crate) fn all_recordings(&self) -> Result<Joint, DesignError> {
+        match (&self.earlier, &self.mixture.wide) {
+            (Some(earlier), Some(new)) => earlier.joined(new),
+            _ => Ok(self.mixture.narrow.clone()),
+        }
     }
 
     /// The explanation before the recordings.

@@ -148,6 +148,16 @@ impl Explanation {
         })
     }
 
+    /// Whether no parameter has to be clamped to its bounds at `xi`.
+    pub(crate) fn is_within_bounds(&self, xi: &[f64]) -> bool {
+        self.uncertain.iter().zip(&self.factor).all(|(index, row)| {
+            let (from, p) = (self.values[*index], &self.system.parameters()[*index]);
+            let change = row.iter().zip(xi).map(|(l, x)| l * x).sum::<f64>();
+            let value = self.value_at(*index, self.coordinate(*index, from) + change);
+            (p.min.min(from)..=p.max.max(from)).contains(&value)
+        })
+    }
+
     /// Standard deviation of the coordinate of each uncertain parameter.
     pub(crate) fn coordinate_sds(&self) -> Vec<f64> {
         self.factor.iter().map(|row| row.iter().map(|l| l * l).sum::<f64>().sqrt()).collect()

@@ -118,6 +118,19 @@ impl Joint {
         Ok(())
     }
 
+    /// These recordings and those of `other`, at the maximum of their density with this prior.
+    ///
+    /// # Errors
+    /// A recording cannot be simulated.
+    pub fn joined(&self, other: &Self) -> Result<Self, DesignError> {
+        let new = other.runs.iter().map(|run| (run.opened.clone(), run.u.clone())).collect();
+        let mut joined = self.clone();
+        joined.runs.extend(linearised(&self.prior, &self.xi, new)?);
+        joined.sum();
+        joined.maximise();
+        Ok(joined)
+    }
+
     /// Gauss-Newton steps to the most probable parameters and initial states.
     fn maximise(&mut self) {
         for _ in 0..MAX_STEPS {
@@ -179,6 +192,33 @@ impl Joint {
         Some(there)
     }
 
+    /// The recordings at the maximum of their density with the prior N(`centre`, I); its coordinates are relative to `centre`.
+    ///
+    /// `None` if they cannot be simulated at `centre`.
+    pub fn pulled_to(&self, centre: &[f64]) -> Option<Self> {
+        let prior = Arc::new(Explanation { values: self.prior.values_at(centre), ..(*self.prior).clone() });
+        let xi = vec![0.0; centre.len()];
+        let opened = self.runs.iter().map(|run| (run.opened.clone(), run.u.clone())).collect();
+        let runs = linearised(&prior, &xi, opened).ok()?;
+        let mut pulled = Self { prior, weight: 1.0, xi, runs, cost: 0.0, sums: Sums::default() };
+        pulled.sum();
+        pulled.maximise();
+        Some(pulled)
+    }
+
+    /// The recordings at the coordinates `xi` of the parameters; `None` if they cannot be simulated there.
+    ///
+    /// The initial states are the most probable ones there, after at most two Gauss-Newton steps.
+    pub fn moved_to(&self, xi: &[f64]) -> Option<Self> {
+        let step: Vec<f64> = xi.iter().zip(&self.xi).map(|(to, from)| to - from).collect();
+        let there = self.at(&step, 1.0)?;
+        let state_steps = there.runs.iter().flat_map(|r| &r.likelihood.all.state_step);
+        match state_steps.map(|step| step * step).fold(0.0, f64::max) < MIN_DECREASE {
+            true => Some(there),
+            false => there.at(&vec![0.0; xi.len()], 1.0),
+        }
+    }
+
     /// Sums the runs at the current point.
     fn sum(&mut self) {
         let k = self.xi.len();
@@ -224,6 +264,26 @@ impl Joint {
             return f64::NAN;
         };
         self.sums.constant - 0.5 * (self.sums.squares - gain)
+    }
+
+    /// Logarithm of the density of the recordings times exp(-w/2 |ξ|²) at the current coordinates ξ, nats.
+    pub fn log_posterior(&self) -> f64 {
+        self.sums.constant - 0.5 * (self.sums.squares + self.weight * self.prior_squares())
+    }
+
+    /// Information Σ A_r of the recordings, after their first samples, on the parameters; without the prior.
+    pub fn later_information(&self) -> &[Vec<f64>] {
+        &self.sums.later_information
+    }
+
+    /// Coordinates ξ of the parameters.
+    pub fn xi(&self) -> &[f64] {
+        &self.xi
+    }
+
+    /// Number of recordings.
+    pub fn count(&self) -> usize {
+        self.runs.len()
     }
 
     /// Logarithm of the largest likelihood of the recordings times 2^(k/2) exp(-1/4 |ξ|²), nats; for weight 1.

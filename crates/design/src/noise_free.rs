@@ -34,8 +34,11 @@ impl<'a> NoiseFree<'a> {
     /// No planned run yet; `draws` has the parameter values of each truth, `[truth][draw]`.
     pub fn new(explanations: &'a [Explanation], evidence: &[Evidence], draws: &[Vec<Vec<f64>>]) -> Self {
         let of_truth = |(truth, draws): (usize, &Vec<Vec<f64>>)| -> Vec<Sequence> {
-            let mut evidence = evidence.to_vec();
-            evidence[truth] = evidence[truth].density_only();
+            let part = |(k, evidence): (usize, &Evidence)| match k == truth {
+                true => evidence.density_only(),
+                false => evidence.maximum_only(),
+            };
+            let evidence: Vec<Evidence> = evidence.iter().enumerate().map(part).collect();
             let sequence =
                 |values: &Vec<f64>| Sequence { truth, values: values.clone(), evidence: evidence.clone() };
             draws.iter().map(sequence).collect()

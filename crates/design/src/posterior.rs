@@ -10,6 +10,12 @@ use augsim_system::Record;
 /// Standard deviation of the prior of a parameter without finite bounds, in standard errors of its fit.
 const PRIOR_ERRORS: f64 = 100.0;
 
+/// Standard deviation of the prior of such a parameter for draws of possible true values, in standard errors of its fit.
+///
+/// A parameter that the recordings determine keeps 0.95 of its standard error. One that they do not determine, as the force
+/// of a table at speeds that were not reached, is drawn from the prior; a hundred standard errors would be no possible value.
+const DRAW_ERRORS: f64 = 3.0;
+
 /// Computes the distribution of an explanation's parameters after recordings, from a prior as wide as their bounds.
 ///
 /// # Errors
@@ -57,4 +63,17 @@ pub(crate) fn with_prior(e: &Explanation) -> (Explanation, Vec<f64>) {
     };
     let start = broad.uncertain.iter().enumerate().map(start).collect();
     (broad, start)
+}
+
+/// As [`with_prior`] for draws of possible true values: narrower for parameters without finite bounds.
+pub(crate) fn with_prior_of_draws(e: &Explanation) -> (Explanation, Vec<f64>) {
+    let (mut prior, start) = with_prior(e);
+    for (k, (index, fitted_sd)) in e.uncertain.iter().zip(e.coordinate_sds()).enumerate() {
+        let p = &e.system.parameters()[*index];
+        if !(p.max - p.min).is_finite() {
+            // Its prior is about the fitted value, where the search starts.
+            prior.factor[k][k] = DRAW_ERRORS * fitted_sd;
+        }
+    }
+    (prior, start)
 }

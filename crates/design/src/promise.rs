@@ -1,13 +1,14 @@
 //! Promise of a plan: the odds that its runs reach, and in what share of cases, by simulation.
 //!
-//! Each explanation in turn is the truth, with drawn parameters, process noise and measurement noise. The simulated recordings
+//! Each explanation in turn is the truth, with parameters drawn from its posterior sample, process noise and measurement noise. The simulated recordings
 //! are judged as measured ones will be, with refits, so that the promise holds also where the predictions are not
 //! linear in the parameters or the noise of the explanations differs.
 
 use crate::candidate::Experiment;
-use crate::draw::{draw_recording, draw_values};
+use crate::draw::draw_recording;
 use crate::evidence::Evidence;
 use crate::explanation::Explanation;
+use crate::posterior_sample::PosteriorSample;
 use crate::verdict::{Tally, judge};
 use augsim_data::random_stream;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -52,9 +53,11 @@ impl Promise {
 
 /// Simulates sequences of recordings of the experiments, repeated in turn up to `budget` runs.
 ///
+/// The true parameters are drawn from `samples`, one for each of `live`.
 /// The promise is for reaching `odds`; each truth gets `sequences` sequences. Runs after the promised number are not simulated.
 pub fn promise(
     live: &[Evidence],
+    samples: &[PosteriorSample],
     experiments: &[&Experiment],
     budget: usize,
     odds: f64,
@@ -66,13 +69,10 @@ pub fn promise(
     let mut all: Vec<Sequence> = (0..count * sequences)
         .into_par_iter()
         .map(|k| {
-            Sequence::new(
-                live,
-                &explanations,
-                (k / sequences) as usize,
-                ((k / sequences) << 32) + k % sequences,
-                seed,
-            )
+            let truth = k / sequences;
+            let mut rng = random_stream(seed, "promise", (truth << 32) + k % sequences);
+            let values = samples[truth as usize].draw(&mut rng);
+            Sequence::new(live, truth as usize, values, rng)
         })
         .collect();
     let mut truths = vec![TruthPromise { reached: Vec::new(), log_odds: Vec::new() }; live.len()];
@@ -109,10 +109,8 @@ struct Sequence {
 }
 
 impl Sequence {
-    /// Draws the parameters of the truth.
-    fn new(live: &[Evidence], explanations: &[Explanation], truth: usize, index: u64, seed: u64) -> Self {
-        let mut rng = random_stream(seed, "promise", index);
-        let values = draw_values(&explanations[truth], &mut rng);
+    /// No run yet; `values` are the parameters of the truth.
+    fn new(live: &[Evidence], truth: usize, values: Vec<f64>, rng: Xoshiro256PlusPlus) -> Self {
         let mut evidence = live.to_vec();
         evidence[truth] = evidence[truth].density_only();
         Self { truth, values, rng, evidence, most: f64::NEG_INFINITY, has_failed: false }

@@ -1,12 +1,13 @@
 //! Search for the experiments of a plan: random candidates, refined coordinate by coordinate, one run after the other.
 
 use crate::candidate::{Candidate, Experiment};
-use crate::draw::{draw_run, draw_values};
+use crate::draw::draw_run;
 use crate::error::DesignError;
 use crate::evidence::Evidence;
 use crate::explanation::Explanation;
 use crate::limits::Limits;
 use crate::noise_free::NoiseFree;
+use crate::posterior_sample::PosteriorSample;
 use crate::score::{Scored, Study, exceeded, sufficient_mean};
 use augsim_data::random_stream;
 use rayon::prelude::*;
@@ -17,6 +18,8 @@ const CANDIDATES: u64 = 128;
 const FULLY_SCORED: usize = 16;
 /// Number of the best of these that are refined.
 const REFINED: usize = 2;
+/// Number of the best recorded runs that are scored with full refits: a pool is chosen from after each run of each order.
+const FULLY_SCORED_RECORDED: usize = 4;
 /// Step of the coordinates in the refinement.
 const STEP: f64 = 0.15;
 /// Number of parameter draws of each explanation in a score; the fitted values are the first.
@@ -37,6 +40,8 @@ pub struct Request<'a> {
     pub explanations: &'a [Explanation],
     /// Evidence of the recordings so far for each of them.
     pub evidence: &'a [Evidence],
+    /// Possible true parameters of each of them.
+    pub samples: &'a [PosteriorSample],
     /// Limits of the experiment.
     pub limits: &'a Limits,
     /// Maximum number of runs.
@@ -82,7 +87,7 @@ pub fn design(request: &Request<'_>) -> Result<Vec<Run>, DesignError> {
     let count = request.explanations.len();
     let sufficient = sufficient_mean(request.odds.ln());
     let mut explanations = request.explanations.to_vec();
-    let draws = draws(request.explanations, request.seed);
+    let draws = draws(request);
     let mut sequences = NoiseFree::new(request.explanations, request.evidence, &draws);
     let mut runs = Vec::new();
     while runs.len() < request.budget.max(1) {
@@ -135,7 +140,7 @@ pub fn choose(request: &Request<'_>, pool: &[Experiment]) -> Option<usize> {
         let scored = study.score_experiment(experiment)?;
         Some((study.value(&scored, &planned), (index, scored)))
     };
-    let all = largest(pool.par_iter().enumerate().filter_map(scored).collect(), FULLY_SCORED);
+    let all = largest(pool.par_iter().enumerate().filter_map(scored).collect(), FULLY_SCORED_RECORDED);
     let full = |(linear, (index, scored)): (f64, (usize, Scored))| {
         let value = full_score(&study, &sequences, scored).map_or(linear, |(value, _)| value);
         (value, index)
@@ -177,21 +182,21 @@ fn study<'a>(explanations: &'a [Explanation], request: &Request<'a>, sufficient:
         explanations,
         limits: request.limits,
         weights: weights(explanations),
-        draws: draws(explanations, request.seed),
+        draws: draws(request),
         sufficient,
     }
 }
 
 /// Draws the parameters with which candidates are scored, `[explanation][draw]`; the first are the fitted values.
-fn draws(explanations: &[Explanation], seed: u64) -> Vec<Vec<Vec<f64>>> {
+fn draws(request: &Request<'_>) -> Vec<Vec<Vec<f64>>> {
     let of_explanation = |(index, e): (usize, &Explanation)| {
         let drawn = (1..SCORE_DRAWS).map(|k| {
-            let mut rng = random_stream(seed, "design draws", ((index as u64) << 32) + k);
-            draw_values(e, &mut rng)
+            let mut rng = random_stream(request.seed, "design draws", ((index as u64) << 32) + k);
+            request.samples[index].draw(&mut rng)
         });
         std::iter::once(e.values.clone()).chain(drawn).collect()
     };
-    explanations.iter().enumerate().map(of_explanation).collect()
+    request.explanations.iter().enumerate().map(of_explanation).collect()
 }
 
 /// The best of random candidates after refinement; `None` if no candidate is within the limits.
@@ -252,8 +257,7 @@ fn within_limits(
     chosen: Scored,
     request: &Request<'_>,
 ) -> Result<Scored, DesignError> {
-    let draws: Vec<Vec<Vec<f64>>> =
-        study.explanations.iter().enumerate().map(|(i, e)| check_values(e, i, request.seed)).collect();
+    let draws: Vec<Vec<Vec<f64>>> = (0..study.explanations.len()).map(|i| check_values(request, i)).collect();
     let mut scale = chosen.scale;
     let mut limited_by = None;
     for _ in 0..MAX_SHRINKS {
@@ -273,12 +277,16 @@ fn within_limits(
 }
 
 /// Parameter values at which limits are checked: ends of each 95 % interval, and draws.
-fn check_values(e: &Explanation, index: usize, seed: u64) -> Vec<Vec<f64>> {
+fn check_values(request: &Request<'_>, index: usize) -> Vec<Vec<f64>> {
+    let e = &request.explanations[index];
     let mut list = vec![e.values.clone()];
     for (place, sd) in e.uncertain.iter().zip(e.coordinate_sds()) {
         list.extend([-INTERVAL, INTERVAL].map(|side| e.moved(e.values.clone(), *place, side * sd)));
     }
-    let drawn = |k: u64| draw_values(e, &mut random_stream(seed, "limit draws", ((index as u64) << 32) + k));
+    let drawn = |k: u64| {
+        let mut rng = random_stream(request.seed, "limit draws", ((index as u64) << 32) + k);
+        request.samples[index].draw(&mut rng)
+    };
     list.extend((0..CHECK_DRAWS).map(drawn));
     list
 }

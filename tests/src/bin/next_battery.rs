@@ -13,8 +13,8 @@
 use anyhow::Result;
 use augsim_data::random_stream;
 use augsim_design::{
-    Evidence, Experiment, Explanation, InputLimits, Limits, Request, Run, Tally, Verdict, design,
-    draw_recording, judge, promise, random_run,
+    Evidence, Experiment, Explanation, InputLimits, Limits, PosteriorSample, Request, Run, Tally, Verdict,
+    design, draw_recording, judge, promise, random_run,
 };
 use augsim_session::equations::fit::fit;
 use augsim_session::next::{Source, evidence};
@@ -56,6 +56,9 @@ struct Options {
     /// Only pairs whose name contains this.
     #[arg(long, default_value = "")]
     only: String,
+    /// Print the promised and the reached log odds of each truth to standard error.
+    #[arg(long)]
+    details: bool,
 }
 
 /// Results of one replicate.
@@ -73,6 +76,8 @@ struct Counts {
     /// Log odds for the truth, nats: expected and reached by the first designed run, reached by the first random run.
     first_run: [f64; 3],
     promised_runs: Vec<usize>,
+    /// Promised and reached log odds of each truth, as text.
+    details: Vec<String>,
 }
 
 fn main() -> Result<()> {
@@ -92,7 +97,12 @@ fn main() -> Result<()> {
         let mut sum = Counts::default();
         for counts in all {
             match counts {
-                Ok(counts) => add(&mut sum, &counts),
+                Ok(counts) => {
+                    for details in counts.details.iter().filter(|_| options.details) {
+                        writeln!(std::io::stderr(), "{}: {details}", pair.name)?;
+                    }
+                    add(&mut sum, &counts);
+                }
                 Err(error) => {
                     writeln!(std::io::stderr(), "{}: {error:#}", pair.name)?;
                     sum.failed += 1;
@@ -194,6 +204,7 @@ struct Fitted {
     which: usize,
     explanations: Vec<Explanation>,
     live: Vec<Evidence>,
+    samples: Vec<PosteriorSample>,
 }
 
 fn fitted(pair: &Pair, sd: f64, seed: u64, replicate: u64) -> Result<Fitted> {
@@ -218,12 +229,19 @@ fn fitted(pair: &Pair, sd: f64, seed: u64, replicate: u64) -> Result<Fitted> {
     };
     let live = evidence(&[source(0)?, source(1)?], &records, &records)?;
     let explanations = live.iter().map(|e| e.explanation().clone()).collect();
-    Ok(Fitted { truth, which, explanations, live })
+    let samples = samples(&live, seed + replicate)?;
+    Ok(Fitted { truth, which, explanations, live, samples })
+}
+
+/// Possible true parameters of each explanation, as `augsim next` draws them.
+fn samples(evidence: &[Evidence], seed: u64) -> Result<Vec<PosteriorSample>> {
+    let sample = |(k, evidence): (u64, &Evidence)| Ok(PosteriorSample::new(evidence, seed, k)?);
+    (0..).zip(evidence).map(sample).collect()
 }
 
 fn request<'a>(fitted: &'a Fitted, limits: &'a Limits, seed: u64) -> Request<'a> {
-    let Fitted { explanations, live: evidence, .. } = fitted;
-    Request { explanations, evidence, limits, budget: BUDGET, odds: 1000.0, seed }
+    let Fitted { explanations, live: evidence, samples, .. } = fitted;
+    Request { explanations, evidence, samples, limits, budget: BUDGET, odds: 1000.0, seed }
 }
 
 fn replicate_of(pair: &Pair, seed: u64, replicate: u64, sequences: u64) -> Result<Counts> {
@@ -239,9 +257,10 @@ fn replicate_of(pair: &Pair, seed: u64, replicate: u64, sequences: u64) -> Resul
     let which = *which;
     let runs = design(&request)?;
     let experiments: Vec<&Experiment> = runs.iter().map(|r: &Run| &r.experiment).collect();
-    let promised = promise(live, &experiments, BUDGET, 1000.0, 100, seed + replicate);
+    let promised = promise(live, &fitted.samples, &experiments, BUDGET, 1000.0, 100, seed + replicate);
     let promised_odds = promised.truths[which].log_odds[promised.runs - 1];
     let mut counts = Counts { promised_runs: vec![promised.runs], ..Counts::default() };
+    let mut all_reached = Vec::new();
     let random: Vec<Experiment> =
         (0..MAX_RUNS as u64).map(|k| Ok(random_run(&request, k)?.experiment)).collect::<Result<_>>()?;
     for s in 0..sequences {
@@ -254,7 +273,14 @@ fn replicate_of(pair: &Pair, seed: u64, replicate: u64, sequences: u64) -> Resul
             if k >= plan.len() && new_plans < NEW_PLANS {
                 new_plans += 1;
                 let current: Vec<Explanation> = evidence.iter().map(Evidence::updated).collect();
-                let again = Request { explanations: &current, evidence, budget: 2, ..request.clone() };
+                let samples = samples(evidence, seed + replicate)?;
+                let again = Request {
+                    explanations: &current,
+                    evidence,
+                    samples: &samples,
+                    budget: 2,
+                    ..request.clone()
+                };
                 plan.extend(design(&again)?.into_iter().map(|run| run.experiment));
             }
             Ok(plan[k % plan.len()].clone())
@@ -277,7 +303,18 @@ fn replicate_of(pair: &Pair, seed: u64, replicate: u64, sequences: u64) -> Resul
         counts.first_run.iter_mut().zip(reached_first).for_each(|(sum, odds)| *sum += odds);
         counts.promised += 1;
         counts.kept += usize::from(reached >= promised_odds);
+        all_reached.push(reached);
     }
+    all_reached.sort_by(f64::total_cmp);
+    let quantile = |share: f64| all_reached[(share * (all_reached.len() - 1) as f64).round() as usize];
+    counts.details.push(format!(
+        "truth {which} {:.3?}, fitted {:.3?}, effective draws {:.0?}; {} runs promise {promised_odds:.1} nats, reached {:.1?} (10, 50, 90 %)",
+        truth.values,
+        fitted.explanations[which].values,
+        fitted.samples.iter().map(PosteriorSample::effective_number).collect::<Vec<_>>(),
+        promised.runs,
+        [0.1, 0.5, 0.9].map(quantile)
+    ));
     Ok(counts)
 }
 

@@ -110,6 +110,47 @@ fn a_plan_decides_between_the_explanations_of_a_discovery() {
 }
 
 #[test]
+fn a_plan_with_two_explanations_left_is_gone_on_with() {
+    let dir = scene();
+    let d = dir.path();
+    let next = ["next", "--limits", "limits.toml", "--sequences", "50"];
+    succeed(&[&next[..], &["found", "--out", "plan"]].concat(), d);
+    // One more run as the first ones: it leaves both explanations.
+    let head = "trajectory,t_s,force_N,pos_m\n";
+    let weak = cart("weak", &(0..61).map(|k| (0.02 * f64::from(k), 0.52)).collect::<Vec<_>>(), 90);
+    std::fs::write(d.join("weak.csv"), head.to_owned() + &weak).expect("written");
+    let out = augsim(&["listen", "plan", "weak.csv", "--out", "heard", "--json"], d);
+    assert_eq!(out.status.code(), Some(1), "{}", String::from_utf8_lossy(&out.stderr));
+    let heard: serde_json::Value = serde_json::from_slice(&out.stdout).expect("JSON");
+    assert_eq!(heard["verdict"], "more", "{heard}");
+
+    // The new plan has the first recordings and the run that was heard, and promises further runs.
+    let again = succeed_json(&[&next[..], &["heard", "--out", "plan-2"]].concat(), d);
+    let sentence = again["sentence"].as_str().expect("a sentence");
+    assert!(sentence.contains("1 run of 4 s tells linear-damping from coulomb"), "{sentence}");
+    let length = |key: &str| again[key].as_array().map(Vec::len);
+    assert_eq!((length("earlier"), length("heard"), length("explanations")), (Some(10), Some(1), Some(2)));
+    assert_eq!((&again["promise"]["heard_before"], &again["verdict"]), (&1.into(), &"plan".into()));
+    let strong = run_of_plan(&d.join("plan-2/run-1.csv"), "strong", 91);
+    std::fs::write(d.join("strong.csv"), head.to_owned() + &strong).expect("written");
+    let in_turn = succeed_json(&["listen", "plan-2", "strong.csv", "--out", "heard-2"], d);
+    assert_eq!(in_turn["verdict"], "enough", "{in_turn}");
+    let sentence = in_turn["sentence"].as_str().expect("a sentence");
+    assert!(sentence.starts_with("Enough: linear-damping. 2 runs reject every other"), "{sentence}");
+    assert!(sentence.contains("Promised for 1 run in nine of ten cases: odds of"), "{sentence}");
+
+    // The evidence is that of both runs for the first plan.
+    std::fs::write(d.join("both.csv"), head.to_owned() + &weak + &strong).expect("written");
+    let at_once = succeed_json(&["listen", "plan", "both.csv", "--out", "heard-both"], d);
+    for k in 0..2 {
+        let e_value =
+            |run: &serde_json::Value| run["explanations"][k]["log_e_value"].as_f64().expect("a number");
+        let [one, other] = [&in_turn, &at_once].map(e_value);
+        assert!((one - other).abs() < 1e-6, "{one} {other}");
+    }
+}
+
+#[test]
 fn requests_that_cannot_be_met_are_errors_and_write_nothing() {
     let dir = scene();
     let d = dir.path();

@@ -4,8 +4,8 @@
 use super::{explanation, white};
 use augsim_data::random_stream;
 use augsim_design::{
-    Evidence, Explanation, InputLimits, Limits, Request, design, draw_values, nominal_run, promise,
-    random_run,
+    Evidence, Explanation, InputLimits, Limits, PosteriorSample, Request, design, draw_values, nominal_run,
+    promise, random_run,
 };
 use std::collections::BTreeMap;
 
@@ -35,15 +35,22 @@ fn evidence(explanations: &[Explanation]) -> Vec<Evidence> {
     explanations.iter().map(Evidence::new).collect()
 }
 
-fn request<'a>(explanations: &'a [Explanation], evidence: &'a [Evidence], limits: &'a Limits) -> Request<'a> {
-    Request { explanations, evidence, limits, budget: 1, odds: 1000.0, seed: 5 }
+fn samples(explanations: &[Explanation]) -> Vec<PosteriorSample> {
+    explanations.iter().map(PosteriorSample::normal).collect()
+}
+
+fn request<'a>(
+    (explanations, evidence, samples): (&'a [Explanation], &'a [Evidence], &'a [PosteriorSample]),
+    limits: &'a Limits,
+) -> Request<'a> {
+    Request { explanations, evidence, samples, limits, budget: 1, odds: 1000.0, seed: 5 }
 }
 
 #[test]
 fn a_designed_run_separates_better_than_random_ones_and_keeps_all_limits() {
     let (live, limits) = (dry_and_viscous(), limits());
-    let evidence = evidence(&live);
-    let request = request(&live, &evidence, &limits);
+    let (evidence, samples) = (evidence(&live), samples(&live));
+    let request = request((&live, &evidence, &samples), &limits);
     let run = design(&request).unwrap().swap_remove(0);
     let hardest = |odds: &[Vec<f64>]| odds[0][1].min(odds[1][0]);
     let random: f64 =
@@ -68,12 +75,12 @@ fn a_designed_run_separates_better_than_random_ones_and_keeps_all_limits() {
 #[test]
 fn designs_and_promises_are_the_same_on_any_number_of_threads() {
     let (live, limits) = (dry_and_viscous(), limits());
-    let evidence = evidence(&live);
+    let (evidence, samples) = (evidence(&live), samples(&live));
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let run = design(&request(&live, &evidence, &limits)).unwrap().swap_remove(0);
-            let promised = promise(&evidence, &[&run.experiment], 2, 1000.0, 20, 5);
+            let run = design(&request((&live, &evidence, &samples), &limits)).unwrap().swap_remove(0);
+            let promised = promise(&evidence, &samples, &[&run.experiment], 2, 1000.0, 20, 5);
             (run.experiment, promised)
         })
     };
@@ -84,9 +91,9 @@ fn designs_and_promises_are_the_same_on_any_number_of_threads() {
 fn explanations_that_are_the_same_are_not_promised_to_be_separated() {
     // The second is the first with another name of its parameter.
     let live = [mass("first", "N*s/m", "c * v_m_s"), mass("second", "N*s/m", "c * v_m_s")];
-    let (evidence, limits) = (evidence(&live), limits());
-    let run = design(&request(&live, &evidence, &limits)).unwrap().swap_remove(0);
-    let promised = promise(&evidence, &[&run.experiment], 3, 1000.0, 40, 5);
+    let (evidence, samples, limits) = (evidence(&live), samples(&live), limits());
+    let run = design(&request((&live, &evidence, &samples), &limits)).unwrap().swap_remove(0);
+    let promised = promise(&evidence, &samples, &[&run.experiment], 3, 1000.0, 40, 5);
     assert!(!promised.is_enough && promised.share() == 0.0);
     assert!(promised.log_odds() < 1.0, "{}", promised.log_odds());
 }

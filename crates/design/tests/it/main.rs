@@ -2,6 +2,7 @@
 
 mod designed;
 mod evidence;
+mod posterior_sample;
 mod validity;
 
 use augsim_design::{Explanation, Noise, SensorNoise};

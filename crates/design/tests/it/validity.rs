@@ -8,13 +8,14 @@ use augsim_system::{Record, Stream};
 use rand_distr::{Distribution, StandardNormal};
 
 /// Two gains, of which equal inputs show the sum alone; positive parameters have logarithms as coordinates.
-const GAINS: &str = "scenario = \"system\"\nname = \"gains\"\n[inputs]\nu_V = { hold = \"linear\" }\nw_V = { hold = \"linear\" }\n[states]\n\
+pub const GAINS: &str = "scenario = \"system\"\nname = \"gains\"\n[inputs]\nu_V = { hold = \"linear\" }\nw_V = { hold = \"linear\" }\n[states]\n\
     x_m = { start = 0.0, sd = 1e-9 }\n[parameters]\na_m_per_V_s = { nominal = 1.0, min = 0.01, max = 5.0 }\n\
     b_m_per_V_s = { nominal = 1.0, min = 0.01, max = 5.0 }\n[rates]\nx_m = \"a_m_per_V_s * u_V + b_m_per_V_s * w_V\"\n\
     [outputs]\ny_m = { value = \"x_m\", sd = 0.1 }\n";
-const TRUE_GAINS: [f64; 2] = [0.4, 1.3];
+pub const TRUE_GAINS: [f64; 2] = [0.4, 1.3];
 
-fn run(inputs: [f64; 2], rng: &mut impl rand::Rng) -> Record {
+/// A recording of 12 samples with constant inputs, simulated with the true gains and noise of 0.1.
+pub fn run(inputs: [f64; 2], rng: &mut impl rand::Rng) -> Record {
     let times: Vec<f64> = (0..12).map(|k| 0.1 * f64::from(k)).collect();
     let rate = TRUE_GAINS[0] * inputs[0] + TRUE_GAINS[1] * inputs[1];
     let mut noise = || -> f64 { StandardNormal.sample(&mut *rng) };

@@ -8,7 +8,9 @@
 use super::pools::Pool;
 use anyhow::Context;
 use augsim_data::random_stream;
-use augsim_design::{Evidence, Experiment, Explanation, Judgement, Limits, Request, Tally, choose, judge};
+use augsim_design::{
+    Evidence, Experiment, Explanation, Judgement, Limits, PosteriorSample, Request, Tally, choose, judge,
+};
 use augsim_session::equations::{fit::fit, noise};
 use augsim_session::next::{Source, default_limits, evidence, read_limits};
 use augsim_system::{Record, Stream};
@@ -71,9 +73,12 @@ pub fn replay(pool: &Pool, settings: Settings, order: u64) -> anyhow::Result<Ord
     let by_design = |current: &[Explanation], evidence: &[Evidence], unheard: &[usize]| {
         let choice: Vec<Experiment> = unheard.iter().map(|k| runs[*k].clone()).collect();
         let limits = Limits::default();
+        // Thousands of choices: each draws from the normal distribution about the fit.
+        let samples: Vec<PosteriorSample> = current.iter().map(PosteriorSample::normal).collect();
         let request = Request {
             explanations: current,
             evidence,
+            samples: &samples,
             limits: &limits,
             budget: 1,
             odds: ODDS,

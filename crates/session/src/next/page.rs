@@ -1,8 +1,8 @@
 //! Pages of a plan and of a judgement.
 
 use super::plan::Planned;
-use super::state::State;
-use super::text::{odds_text, run_row};
+use super::state::{PromiseOf, State};
+use super::text::{odds_text, run_row, runs_text};
 use augsim_data::digits;
 use augsim_report::figure::{Axis, Figure, Line, Series, Tone};
 use augsim_report::page::{
@@ -50,8 +50,10 @@ pub fn plan_page(planned: &Planned, seed: u64) -> Page {
         };
         [Block::Heading(planned_run.file.clone()), Block::Grid(grid)]
     });
-    let mut sections =
-        vec![Section::new("Runs", [Block::Table(runs_table(state))].into_iter().chain(runs).collect())];
+    let usage = "Apply the inputs of a file, begin at its start values, and record the outputs. Then let `augsim listen` judge the recording with this \
+                 folder: one may look after every run.";
+    let head = [Block::Table(runs_table(state)), Block::Prose(usage.to_owned())];
+    let mut sections = vec![Section::new("Runs", head.into_iter().chain(runs).collect())];
     sections.extend(promise_section(state));
     let note = state.note.clone().map(Block::Prose);
     let explanations = std::iter::once(Block::Table(explanations_table(state))).chain(note);
@@ -66,13 +68,15 @@ pub fn listen_page(state: &State) -> Page {
         let evidence: Vec<String> = run.log_density.iter().map(|l| format!("{l:.1}")).collect();
         vec![(k + 1).to_string(), run.recording.id.clone(), evidence.join(", "), odds_text(run.log_odds)]
     });
+    let names: Vec<&str> = state.explanations.iter().map(|e| e.name.as_str()).collect();
+    let caption = format!("The log densities are in the order {}.", names.join(", "));
     let runs = table(
         &["run", "recording", "log density under each explanation, nats", "odds of the leading explanation"],
         rows.collect(),
     );
     let mut sections = vec![
         Section::new("Explanations", vec![Block::Table(explanations_table(state))]),
-        Section::new("Runs", vec![Block::Table(runs)]),
+        Section::new("Runs", vec![Block::Table(Table { caption, ..runs })]),
     ];
     sections.extend(promise_section(state));
     sections.push(Section::new("Methods and references", vec![Block::Methods(methods())]));
@@ -116,11 +120,18 @@ fn runs_table(state: &State) -> Table {
 
 fn explanations_table(state: &State) -> Table {
     let rows = state.explanations.iter().map(|e| {
-        let rejected = if e.rejected { "rejected" } else { "" };
+        let rejected = if e.rejected { "rejected" } else { "not rejected" };
         let odds = if state.heard.is_empty() { "no run yet".to_owned() } else { odds_text(e.log_e_value) };
         vec![e.name.clone(), format!("{:.4}", e.weight), odds, rejected.to_owned()]
     });
-    table(&["explanation", "weight", "odds against it (e-value)", ""], rows.collect())
+    let caption = format!(
+        "The weight is the probability of an explanation if one of them is true. An explanation is rejected once the odds against it reach {:.0} to 1.",
+        state.odds
+    );
+    Table {
+        caption,
+        ..table(&["explanation", "weight", "odds against it (e-value)", "verdict"], rows.collect())
+    }
 }
 
 fn promise_section(state: &State) -> Option<Section> {
@@ -136,11 +147,29 @@ fn promise_section(state: &State) -> Option<Section> {
         &["if this is true", "runs", "odds in nine of ten cases, at least", &required],
         rows.flatten().collect(),
     );
-    let note = format!(
-        "From {} simulated sequences for each explanation, judged as measured ones are.",
+    Some(Section::new("Promise", vec![Block::Table(promised), Block::Prose(promise_note(state, p))]))
+}
+
+/// How the promise was found: number of sequences, effective number of draws, repeated runs.
+fn promise_note(state: &State, p: &PromiseOf) -> String {
+    let mut note = format!(
+        "From {} simulated sequences for each explanation, judged as measured ones are. ",
         p.sequences
     );
-    Some(Section::new("Promise", vec![Block::Table(promised), Block::Prose(note)]))
+    let draws: Vec<String> = (p.truths.iter().zip(&p.effective_draws))
+        .filter_map(|(name, draws)| draws.map(|n| format!("{n:.0} for {name}")))
+        .collect();
+    note += &match draws.is_empty() {
+        true => "The true parameters are drawn from the normal distribution of each explanation.".to_owned(),
+        false => format!(
+            "The true parameters are drawn from what the recordings leave of them; effective number of draws: {}.",
+            draws.join(", ")
+        ),
+    };
+    if !state.plan.is_empty() && p.runs > state.plan.len() {
+        note += &format!(" The files are applied in turn, until {} were recorded.", runs_text(p.runs));
+    }
+    note
 }
 
 /// Table of texts.

@@ -8,8 +8,8 @@ use super::text::{note_on_starts, plan_sentence, why_not};
 use crate::equations::unit_text;
 use augsim_data::random_stream;
 use augsim_design::{
-    Candidate, Evidence, Experiment, Explanation, Limits, Promise, Request, Run, after_recordings, design,
-    nominal_run, promise, weights,
+    Candidate, DesignError, Evidence, Experiment, Explanation, Limits, PosteriorSample, Promise, Request,
+    Run, after_recordings, design, nominal_run, promise, weights,
 };
 use augsim_equations::Model;
 use augsim_system::Record;
@@ -104,19 +104,31 @@ pub(super) fn plan(request: &PlanRequest<'_>) -> anyhow::Result<Planned> {
     };
     let (explanations, evidence) = live_evidence(&state, &tuning)?;
     let limits = request.limits;
-    let runs =
-        design(&Request { explanations: &explanations, evidence: &evidence, limits, budget, odds, seed })?;
+    let samples = (0..).zip(&evidence).map(|(k, evidence)| PosteriorSample::new(evidence, seed, k));
+    let samples: Vec<PosteriorSample> = samples.collect::<Result<_, _>>()?;
+    let (live, drawn) = (&explanations, &samples);
+    let request =
+        Request { explanations: live, evidence: &evidence, samples: drawn, limits, budget, odds, seed };
+    let (runs, note_on_limits) = designed(&request)?;
     let experiments: Vec<&Experiment> = runs.iter().map(|r| &r.experiment).collect();
-    let promised =
-        (explanations.len() > 1).then(|| promise(&evidence, &experiments, budget, odds, sequences, seed));
+    let promised = (explanations.len() > 1)
+        .then(|| promise(&evidence, &samples, &experiments, budget, odds, sequences, seed));
     state.odds = odds;
     state.plan = runs.iter().enumerate().map(|(k, run)| planned_run(k, run, &explanations)).collect();
     state.promise = promised.as_ref().map(|p| {
         let why = (!p.is_enough).then(|| why_not(&explanations, &runs, request.limits));
         let truths = explanations.iter().map(|e| e.name.clone()).collect();
-        PromiseOf { truths, heard_before: state.heard.len(), why_not: why, ..promise_of(p, sequences) }
+        let effective = |s: &PosteriorSample| Some(s.effective_number()).filter(|n| n.is_finite());
+        PromiseOf {
+            truths,
+            heard_before: state.heard.len(),
+            why_not: why,
+            effective_draws: samples.iter().map(effective).collect(),
+            ..promise_of(p, sequences)
+        }
     });
-    state.note = note_on_starts(&explanations);
+    let notes: Vec<String> = note_on_limits.into_iter().chain(note_on_starts(&explanations)).collect();
+    state.note = (!notes.is_empty()).then(|| notes.join(" "));
     state.sentence = plan_sentence(&state, request.limits);
     let files =
         runs.iter().zip(&state.plan).map(|(run, p)| (p.file.clone(), csv(run, request.limits))).collect();
@@ -126,6 +138,24 @@ pub(super) fn plan(request: &PlanRequest<'_>) -> anyhow::Result<Planned> {
     let predictions = runs.iter().map(predict).collect::<anyhow::Result<_>>()?;
     let experiments = runs.into_iter().map(|r| r.experiment).collect();
     Ok(Planned { state, files, experiments, predictions, columns: columns(&model) })
+}
+
+/// Designs runs with draws of the parameters from what the recordings leave of them.
+///
+/// Where some of these draws leave the ranges whatever the inputs are, as with a tabulated force at speeds that were not reached,
+/// the draws are from the normal distributions about the fits, and a note says so.
+fn designed(request: &Request<'_>) -> Result<(Vec<Run>, Option<String>), DesignError> {
+    match design(request) {
+        Err(DesignError::NoDesign(_)) => {
+            let normal: Vec<PosteriorSample> =
+                request.explanations.iter().map(PosteriorSample::normal).collect();
+            let runs = design(&Request { samples: &normal, ..request.clone() })?;
+            let note = "Some parameter values that the recordings allow leave the ranges with any input: the limits were checked with normal \
+                        distributions about the fitted values alone.";
+            Ok((runs, Some(note.to_owned())))
+        }
+        runs => Ok((runs?, None)),
+    }
 }
 
 /// Names and units of the inputs and of the outputs of a model.
@@ -226,6 +256,7 @@ fn promise_of(p: &Promise, sequences: u64) -> PromiseOf {
         share_by_truth: p.truths.iter().map(|t| t.reached.clone()).collect(),
         sequences,
         heard_before: 0,
+        effective_draws: Vec::new(),
         truths: Vec::new(),
         why_not: None,
     }

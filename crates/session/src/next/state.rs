@@ -100,6 +100,9 @@ pub struct PromiseOf {
     pub share_by_truth: Vec<Vec<f64>>,
     /// Number of simulated sequences for each explanation.
     pub sequences: u64,
+    /// Effective number of draws of the true parameters of each explanation; `None` for draws from a normal distribution.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub effective_draws: Vec<Option<f64>>,
     /// Why the explanations cannot be separated; `None` if they can.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub why_not: Option<String>,
