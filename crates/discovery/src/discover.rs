@@ -167,6 +167,8 @@ fn search(
 
 /// Repeats the search with effects that depend on the past, if the residuals exceed the noise or depend on the past, or if
 /// laws of present values were found. Each may be an imitation of the other.
+///
+/// The residuals of a single recording exceed the noise also under process noise; only a dependence on the past counts there.
 fn search_memory(prepared: &Prepared, mut searched: SearchStage) -> SearchStage {
     let is_possible =
         searched.families.contains(&Family::Library) && !searched.families.contains(&Family::Memory);
@@ -175,7 +177,7 @@ fn search_memory(prepared: &Prepared, mut searched: SearchStage) -> SearchStage 
     }
     let named = searched.named_set(prepared);
     let is_needed = !named.additions().is_empty()
-        || searched.exceeds_noise(prepared, &named)
+        || prepared.data.recordings.len() != 1 && searched.exceeds_noise(prepared, &named)
         || test_memory(&searched.search(prepared), searched.found.best()).is_significant();
     if is_needed { search_with(prepared, &searched, Family::Memory) } else { searched }
 }
