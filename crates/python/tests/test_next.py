@@ -106,7 +106,7 @@ def test_wrong_arguments_are_errors(found, plan, recordings):
     ]:
         with pytest.raises(augsim.UsageError, match=message):
             found.next(recordings, **options, progress=False)
-    with pytest.raises(augsim.ModelError, match="force_N"):
+    with pytest.raises(augsim.UsageError, match="force_N"):
         found.next(recordings, limits={"inputs": {"force": {"range": [0, 1]}}}, progress=False)
     with pytest.raises(augsim.UsageError, match="an explanation of type int"):
         augsim.next(3)
