@@ -5,6 +5,7 @@
 pub mod answers;
 pub mod battery;
 pub mod characterisation;
+pub mod discover_command;
 pub mod fleets;
 pub mod gaps;
 pub mod golden;

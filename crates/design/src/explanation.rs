@@ -100,10 +100,8 @@ impl Explanation {
     pub(crate) fn start_sd(&self, count: usize, broad: f64) -> Vec<Option<f64>> {
         let sd = |state: &augsim_system::State| match state.initial {
             InitialValue::Fixed(_) | InitialValue::FromRecord => None,
-            InitialValue::Prior(_, sd)
-            | InitialValue::PriorAboutExpression(sd)
-            | InitialValue::PriorAboutRecord(sd) => Some(sd),
             InitialValue::Free | InitialValue::Measured(_) => Some(broad),
+            prior => prior.prior_sd(),
         };
         self.system.schema().states.iter().take(count).map(sd).collect()
     }

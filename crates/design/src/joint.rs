@@ -111,11 +111,20 @@ impl Joint {
             let u = vec![0.0; opened.1.unknown().len()];
             Ok((opened, u))
         };
-        let new: Vec<Opened> = records.par_iter().map(opened).collect::<Result<_, DesignError>>()?;
+        self.add_opened(records.par_iter().map(opened).collect::<Result<_, DesignError>>()?)
+    }
+
+    /// As [`Joint::add_all`], for recordings that are opened.
+    fn add_opened(&mut self, new: Vec<Opened>) -> Result<(), DesignError> {
         self.runs.extend(linearised(&self.prior, &self.xi, new)?);
         self.sum();
         self.maximise();
         Ok(())
+    }
+
+    /// The recordings, each with its current unknowns.
+    fn opened(&self) -> Vec<Opened> {
+        self.runs.iter().map(|run| (run.opened.clone(), run.u.clone())).collect()
     }
 
     /// These recordings and those of `other`, at the maximum of their density with this prior.
@@ -123,11 +132,8 @@ impl Joint {
     /// # Errors
     /// A recording cannot be simulated.
     pub fn joined(&self, other: &Self) -> Result<Self, DesignError> {
-        let new = other.runs.iter().map(|run| (run.opened.clone(), run.u.clone())).collect();
         let mut joined = self.clone();
-        joined.runs.extend(linearised(&self.prior, &self.xi, new)?);
-        joined.sum();
-        joined.maximise();
+        joined.add_opened(other.opened())?;
         Ok(joined)
     }
 
@@ -196,13 +202,9 @@ impl Joint {
     ///
     /// `None` if they cannot be simulated at `centre`.
     pub fn pulled_to(&self, centre: &[f64]) -> Option<Self> {
-        let prior = Arc::new(Explanation { values: self.prior.values_at(centre), ..(*self.prior).clone() });
-        let xi = vec![0.0; centre.len()];
-        let opened = self.runs.iter().map(|run| (run.opened.clone(), run.u.clone())).collect();
-        let runs = linearised(&prior, &xi, opened).ok()?;
-        let mut pulled = Self { prior, weight: 1.0, xi, runs, cost: 0.0, sums: Sums::default() };
-        pulled.sum();
-        pulled.maximise();
+        let prior = Explanation { values: self.prior.values_at(centre), ..(*self.prior).clone() };
+        let mut pulled = Self::new(&prior, 1.0, vec![0.0; centre.len()]);
+        pulled.add_opened(self.opened()).ok()?;
         Some(pulled)
     }
 

@@ -4,7 +4,7 @@ use crate::error::DesignError;
 use crate::explanation::{Explanation, factor_of};
 use crate::whiten::{Columns, Interval, Reading};
 use augsim_linear::Mat;
-use augsim_system::{InitialValue, Offsets, Record, Seed, Simulated, SimulationError, Task};
+use augsim_system::{Offsets, Record, Seed, Simulated, SimulationError, Task};
 
 /// Number of first samples that determine the initial state: as many as the rough initial state uses.
 ///
@@ -256,7 +256,5 @@ pub(crate) fn start_readings(e: &Explanation, columns: &Columns, start: &Start) 
 
 /// Whether the model declares a distribution of the initial value of a state.
 fn has_declared_prior(e: &Explanation, state: usize) -> bool {
-    let initial = e.system.schema().states.get(state).map(|s| s.initial);
-    use InitialValue::{Prior, PriorAboutExpression, PriorAboutRecord};
-    matches!(initial, Some(Prior(..) | PriorAboutExpression(_) | PriorAboutRecord(_)))
+    e.system.schema().states.get(state).is_some_and(|s| s.initial.prior_sd().is_some())
 }

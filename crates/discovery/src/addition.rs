@@ -198,6 +198,11 @@ impl Addition {
         }
     }
 
+    /// Whether the addition brings states of its own into the system.
+    pub fn has_states(&self) -> bool {
+        self.listed().is_some_and(|effect| effect.has_states)
+    }
+
     /// Whether the addition depends on the past: it has states of its own, or is a delay.
     pub fn depends_on_past(&self) -> bool {
         self.listed().is_some_and(|effect| effect.depends_on_past)

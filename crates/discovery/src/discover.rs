@@ -177,7 +177,7 @@ fn search_memory(prepared: &Prepared, mut searched: SearchStage) -> SearchStage 
     }
     let named = searched.named_set(prepared);
     let is_needed = !named.additions().is_empty()
-        || prepared.data.recordings.len() != 1 && searched.exceeds_noise(prepared, &named)
+        || !prepared.has_single_recording() && searched.exceeds_noise(prepared, &named)
         || test_memory(&searched.search(prepared), searched.found.best()).is_significant();
     if is_needed { search_with(prepared, &searched, Family::Memory) } else { searched }
 }
@@ -254,7 +254,7 @@ fn withdraw_unsupported(
     let adds = searched.found.sets[judged.best].additions().iter().any(changes_predictions);
     let table = errors.lists.first(schema, 0, 0.0);
     match judge::reason_from_errors(&table, prepared.spread(), adds, schema.primary_unit()) {
-        Some(WithdrawalReason::NotThisSystem(_)) if prepared.data.recordings.len() == 1 => {
+        Some(WithdrawalReason::NotThisSystem(_)) if prepared.has_single_recording() => {
             // The parts of one recording predict each other. That extrapolates: a model that lacks a slow state can predict
             // worse than the mean although it is of the right system.
             withdraw_findings(judged, Verdict::Unknown);

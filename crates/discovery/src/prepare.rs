@@ -54,6 +54,11 @@ impl Prepared {
         (squares / count as f64).sqrt()
     }
 
+    /// Whether all records are parts of one recording.
+    pub fn has_single_recording(&self) -> bool {
+        self.data.recordings.len() == 1
+    }
+
     /// Whether the noise estimate is only an upper bound, because polynomials do not follow the motion.
     pub fn is_noise_bounded(&self) -> bool {
         !self.is_smooth && !self.data.is_idealised()

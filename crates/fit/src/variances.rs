@@ -153,11 +153,8 @@ impl<'a> NoiseProblem<'a> {
     pub fn rough_noise_model(&self, disturbances: Vec<Disturbance>, correlation_steps: f64) -> NoiseModel {
         let schema = self.system.system.schema();
         let initial = schema.states.iter().zip(&self.state_rms).map(|(state, rms)| match state.initial {
-            InitialValue::Fixed(_) | InitialValue::FromRecord => 0.0,
-            InitialValue::Prior(_, sd)
-            | InitialValue::PriorAboutExpression(sd)
-            | InitialValue::PriorAboutRecord(sd) => sd * sd,
             InitialValue::Free | InitialValue::Measured(_) => rms * rms,
+            known => known.prior_sd().map_or(0.0, |sd| sd * sd),
         });
         let initial: Vec<f64> = initial.collect();
         let sensor_variance = |channel: usize| {

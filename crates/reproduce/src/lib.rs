@@ -6,6 +6,7 @@ mod chain;
 pub mod experiment;
 mod filtered;
 mod league;
+mod measured;
 mod next;
 mod reproduction;
 mod rigs;

@@ -27,6 +27,16 @@ pub enum InitialValue {
     PriorAboutRecord(f64),
 }
 
+impl InitialValue {
+    /// Standard deviation of the normal prior of the initial value; `None` without a prior.
+    pub fn prior_sd(self) -> Option<f64> {
+        match self {
+            Self::Prior(_, sd) | Self::PriorAboutExpression(sd) | Self::PriorAboutRecord(sd) => Some(sd),
+            Self::Free | Self::Measured(_) | Self::Fixed(_) | Self::FromRecord => None,
+        }
+    }
+}
+
 /// A state variable of a system.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {

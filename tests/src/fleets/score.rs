@@ -1,12 +1,11 @@
 //! Scores discoveries on generated fleets, run as a user does: binary, model file and table.
 
 use super::{FLEETS, Truth, draw};
+use crate::discover_command::discover_in;
 use serde_json::Value;
 use std::fmt;
 use std::io;
 use std::path::Path;
-use std::process::Command;
-use std::time::Instant;
 
 /// Name in results of a parameter with values by group, after the name of the parameter.
 const PER_GROUP: &str = " per group";
@@ -79,14 +78,7 @@ pub fn run(
         };
         let fleet = draw(plant, differing, kind == Kind::Effect, seed);
         let own_folder = folder.join(format!("{seed}"));
-        std::fs::create_dir_all(&own_folder)?;
-        std::fs::write(own_folder.join("model.toml"), plant.model)?;
-        std::fs::write(own_folder.join("data.csv"), &fleet.csv)?;
-        let started = Instant::now();
-        let mut command = Command::new(augsim);
-        let arguments = ["discover", "model.toml", "data.csv", "--out", "found", "--force", "--json"];
-        let out = command.current_dir(&own_folder).args(arguments).output()?;
-        let seconds = started.elapsed().as_secs_f64();
+        let (out, seconds) = discover_in(&own_folder, augsim, (plant.model, &fleet.csv), &[])?;
         summary.fleets += 1;
         summary.seconds += seconds;
         let Ok(found) = serde_json::from_slice::<Value>(&out.stdout) else {

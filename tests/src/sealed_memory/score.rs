@@ -3,12 +3,11 @@
 use super::effects::{MEMORY_KINDS, Memory};
 use super::plants::{Case, MEMORY_CASES, NULL_CASES, PLANTS};
 use super::simulate::draw;
+use crate::discover_command::discover_in;
 use serde_json::Value;
 use std::fmt;
 use std::io;
 use std::path::Path;
-use std::process::Command;
-use std::time::Instant;
 
 /// Counts over all sets of one run.
 #[derive(Clone, Debug, Default)]
@@ -87,15 +86,8 @@ pub fn run(
     for seed in first..first + count {
         let case = case_of(has_memory, seed);
         let set_folder = folder.join(format!("{seed}"));
-        std::fs::create_dir_all(&set_folder)?;
-        std::fs::write(set_folder.join("model.toml"), PLANTS[case.0].model)?;
-        std::fs::write(set_folder.join("data.csv"), draw(case, seed))?;
-        let started = Instant::now();
-        let mut command = Command::new(augsim);
-        command.current_dir(&set_folder);
-        command.args(["discover", "model.toml", "data.csv", "--out", "found", "--force", "--json"]);
-        let out = command.output()?;
-        let seconds = started.elapsed().as_secs_f64();
+        let (out, seconds) =
+            discover_in(&set_folder, augsim, (PLANTS[case.0].model, &draw(case, seed)), &[])?;
         summary.sets += 1;
         summary.seconds += seconds;
         let name = format!("{seed} {} {:?}", PLANTS[case.0].name, case.1);

@@ -2,6 +2,7 @@
 
 use super::effects::Memory;
 use super::plants::{Case, PLANTS, Plant};
+use crate::sealed_systems::runge_kutta_step;
 use augsim_data::random_stream;
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
@@ -113,16 +114,7 @@ fn states_along(plant: &Plant, memory: Memory, sizes: Sizes, start: &[f64], inpu
     for k in 0..inputs.len() {
         states.push(state.clone());
         for _ in 0..STEPS_PER_SAMPLE {
-            let f = |x: &[f64]| rates(plant, memory, sizes, x, inputs, k);
-            let moved =
-                |d: &[f64], by: f64| -> Vec<f64> { state.iter().zip(d).map(|(x, d)| x + by * d).collect() };
-            let k1 = f(&state);
-            let k2 = f(&moved(&k1, 0.5 * dt));
-            let k3 = f(&moved(&k2, 0.5 * dt));
-            let k4 = f(&moved(&k3, dt));
-            state = (0..state.len())
-                .map(|i| state[i] + dt / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]))
-                .collect();
+            state = runge_kutta_step(&state, 0.0, dt, &|x, _| rates(plant, memory, sizes, x, inputs, k));
         }
     }
     states

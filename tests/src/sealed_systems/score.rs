@@ -3,12 +3,11 @@
 use super::laws::{Law, grammar_laws, library_laws, unlisted_laws};
 use super::plants::{PLANTS, Plant};
 use super::simulate::draw;
+use crate::discover_command::discover_in;
 use serde_json::Value;
 use std::fmt;
 use std::io;
 use std::path::Path;
-use std::process::Command;
-use std::time::Instant;
 
 /// A family of generated data sets, named by the effects that the model lacks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,26 +99,10 @@ pub fn run(
         let truth = truth(kind, plant, seed);
         let set = draw(plant, &truth, seed);
         let set_folder = folder.join(format!("{seed}"));
-        std::fs::create_dir_all(&set_folder)?;
-        std::fs::write(set_folder.join("model.toml"), plant.model)?;
-        std::fs::write(set_folder.join("data.csv"), &set.csv)?;
-        let started = Instant::now();
-        let mut command = Command::new(augsim);
-        command.current_dir(&set_folder).args([
-            "discover",
-            "model.toml",
-            "data.csv",
-            "--out",
-            "found",
-            "--force",
-            "--json",
-        ]);
-        if kind == Kind::Inside {
-            command.args(["--library", "none"]);
-        }
-        let out = command.output()?;
+        let options: &[&str] = if kind == Kind::Inside { &["--library", "none"] } else { &[] };
+        let (out, seconds) = discover_in(&set_folder, augsim, (plant.model, &set.csv), options)?;
         summary.sets += 1;
-        summary.seconds += started.elapsed().as_secs_f64();
+        summary.seconds += seconds;
         let Ok(found) = serde_json::from_slice::<Value>(&out.stdout) else {
             summary.failed += 1;
             let line = format!("{seed} {}: {}", plant.name, String::from_utf8_lossy(&out.stderr).trim());

@@ -4,11 +4,10 @@ use super::draw::draw;
 use super::judge::{Answer, Judgement, judge};
 use super::kinds::{Class, KINDS, Kind};
 use super::plants::{PLANTS, Plant};
+use crate::discover_command::discover_in;
 use std::fmt;
 use std::io;
 use std::path::Path;
-use std::process::Command;
-use std::time::Instant;
 
 /// Counts over all data sets with a peculiarity in one run.
 #[derive(Clone, Debug, Default)]
@@ -109,21 +108,7 @@ pub fn run(
         let (plant, kind) = plant_and_kind(number);
         let set = draw(plant, kind, number);
         let set_folder = folder.join(format!("{number}"));
-        std::fs::create_dir_all(&set_folder)?;
-        std::fs::write(set_folder.join("model.toml"), &set.model)?;
-        std::fs::write(set_folder.join("data.csv"), &set.csv)?;
-        let started = Instant::now();
-        let mut command = Command::new(augsim);
-        command.current_dir(&set_folder).args([
-            "discover",
-            "model.toml",
-            "data.csv",
-            "--out",
-            "found",
-            "--force",
-        ]);
-        let out = command.arg("--json").output()?;
-        let seconds = started.elapsed().as_secs_f64();
+        let (out, seconds) = discover_in(&set_folder, augsim, (&set.model, &set.csv), &[])?;
         let answer = Answer::read(out.status.code(), &out.stdout, &out.stderr);
         let judged = judge(kind, &answer);
         summary.count(kind.class(), &answer, judged, seconds);

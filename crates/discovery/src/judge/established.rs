@@ -84,7 +84,8 @@ pub(crate) fn judge_findings(
     let mut named = named_set(search, found);
     let resampled = resamples(found, seed);
     let mut stand_ins: Vec<Addition> = Vec::new();
-    // A finding that is selected in too few resamples is dropped, and the remaining set is judged again.
+    // A finding that is selected in too few resamples, or else stands in for a dependence on the past, is dropped, and the
+    // remaining set is judged again.
     let (alternatives, inclusion) = loop {
         let alternatives = alternatives(search, found, named);
         let set = &found.sets[named];
@@ -94,22 +95,16 @@ pub(crate) fn judge_findings(
             .map(|a| inclusion_share(&resampled, a, found, named, &alternatives))
             .collect();
         let least = inclusion.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
-        match least.filter(|(_, share)| **share < MIN_INCLUSION) {
-            Some((number, _)) => {
-                let (set, remaining) = (set.clone(), crate::search::without(set.additions(), number));
-                named = found.index_or_fit(search, &set, &remaining);
-                named = found.drop_insignificant(search, named);
-            }
-            None => match stand_in(search, found, named) {
-                Some(number) => {
-                    let (set, remaining) = (set.clone(), crate::search::without(set.additions(), number));
-                    stand_ins.push(set.additions()[number].clone());
-                    named = found.index_or_fit(search, &set, &remaining);
-                    named = found.drop_insignificant(search, named);
-                }
-                None => break (alternatives, inclusion),
-            },
-        }
+        let unstable = least.filter(|(_, share)| **share < MIN_INCLUSION).map(|(number, _)| number);
+        let dropped = unstable.or_else(|| {
+            let number = stand_in(search, found, named)?;
+            stand_ins.push(set.additions()[number].clone());
+            Some(number)
+        });
+        let Some(number) = dropped else { break (alternatives, inclusion) };
+        let (set, remaining) = (set.clone(), crate::search::without(set.additions(), number));
+        named = found.index_or_fit(search, &set, &remaining);
+        named = found.drop_insignificant(search, named);
     };
     let p_values = found.p_values(&found.sets[named]);
     let q_values = q_values(&problem, found, named, &p_values, search.candidates);

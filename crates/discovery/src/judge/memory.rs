@@ -49,18 +49,20 @@ pub(crate) fn test_memory(search: &Search<'_>, set: &Scored) -> MemoryTest {
     let is_static = |g: usize| problem.fitted.contains(&g) || !problem.groups[g].addition.depends_on_past();
     let statics = select_among(&problem, search.penalty(), &is_static);
     let beside = statics.first().map_or_else(|| problem.fitted.clone(), |best| best.groups.clone());
-    most_significant(&problem, &beside)
+    most_significant(&problem, &beside).0
 }
 
-/// The most significant addition with memory beside the groups `beside` of a linear problem.
-fn most_significant(problem: &LinearProblem, beside: &[usize]) -> MemoryTest {
+/// The most significant addition with memory beside the groups `beside` of a linear problem, and the index of its group.
+fn most_significant(problem: &LinearProblem, beside: &[usize]) -> (MemoryTest, Option<usize>) {
     let tested: Vec<(usize, f64)> =
         p_values_beside(problem, beside, &|g| problem.groups[g].addition.depends_on_past());
     let least = tested.iter().min_by(|a, b| a.1.total_cmp(&b.1));
-    MemoryTest {
+    let group = least.map(|(g, _)| *g);
+    let test = MemoryTest {
         p_value: least.map_or(1.0, |(_, p)| (p * tested.len() as f64).min(1.0)),
-        best: least.map(|(g, _)| problem.groups[*g].addition.clone()),
-    }
+        best: group.map(|g| problem.groups[g].addition.clone()),
+    };
+    (test, group)
 }
 
 /// Number of the addition of a set that only stands in for a dependence on the past; `None` if there is none.
@@ -74,13 +76,9 @@ pub(crate) fn stand_in(search: &Search<'_>, found: &SearchResult, named: usize) 
         return None;
     }
     let problem = LinearProblem::new(&search.sample(), &search.view.blocks, set, &search.library);
-    let tested =
-        p_values_beside(&problem, &problem.fitted, &|g| problem.groups[g].addition.depends_on_past());
-    let (memory, p_value) = tested.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
-    if p_value * tested.len() as f64 > ALPHA / 10.0 {
-        return None;
-    }
-    let with_memory = [&problem.fitted[..], &[*memory]].concat();
+    let (test, memory) = most_significant(&problem, &problem.fitted);
+    let memory = memory.filter(|_| test.is_significant())?;
+    let with_memory = [&problem.fitted[..], &[memory]].concat();
     let p_values = crate::search::p_values_of(&problem, &with_memory);
     let excess = |(k, g): (usize, &usize)| {
         let addition = &problem.groups[*g].addition;

@@ -208,7 +208,7 @@ impl Scored {
     /// Their initial values are not identifiable at the null value of its coefficients, so that the scatter of these
     /// is no valid test alone (Davies 1987). Then the gain over blocks also establishes the addition.
     pub fn has_states(&self, number: usize) -> bool {
-        self.additions()[number].listed().is_some_and(|effect| effect.has_states)
+        self.additions()[number].has_states()
     }
 
     /// Whether addition number `number` is judged by Student's t test of its gain over blocks. Its penalty then

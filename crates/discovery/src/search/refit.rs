@@ -177,8 +177,7 @@ impl<'a> Search<'a> {
     /// values.
     fn initial_nuisances(&self, from: &Fit, h: &Hypothesis, theta: &[f64]) -> Vec<Vec<f64>> {
         let added = |h: &Hypothesis| -> Vec<Addition> {
-            let has_states = |a: &&Addition| a.listed().is_some_and(|effect| effect.has_states);
-            h.additions.iter().filter(has_states).cloned().collect()
+            h.additions.iter().filter(|a| a.has_states()).cloned().collect()
         };
         if added(&from.hypothesis) != added(h) {
             // The states of effects differ: their initial values are computed from the records again.

@@ -388,8 +388,7 @@ impl SearchResult {
     /// So it has for an addition with states whose gain over blocks is significant, corrected for the number of candidates
     /// with states.
     fn significance_level(&self, search: &Search<'_>, set: &Scored, number: usize) -> f64 {
-        let has_states = |a: &&Addition| a.listed().is_some_and(|effect| effect.has_states);
-        let corrected = || ALPHA / search.library.iter().filter(has_states).count().max(1) as f64;
+        let corrected = || ALPHA / search.library.iter().filter(|a| a.has_states()).count().max(1) as f64;
         let gains_in_blocks =
             |less: &Evidence| set.has_states(number) && set.evidence.p_value_of_gain(less) <= corrected();
         if set.is_judged_by_gain(number) || self.evidence_without(set, number).is_some_and(gains_in_blocks) {

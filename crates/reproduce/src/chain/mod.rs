@@ -10,11 +10,11 @@ mod sets;
 use crate::args::Reproduce;
 use crate::experiment::Sizes;
 use crate::experiment::rows::{Row, table};
+use crate::measured::data_folder;
 use crate::reproduction::{claim, finish, iterations, repeat_on_data};
-use augsim_session::usage::Missing;
+use augsim_terminal::Outcome;
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
-use augsim_terminal::{Outcome, Usage};
 use nets::Runs;
 use push::Pushing;
 use serde::Serialize;
@@ -37,9 +37,7 @@ struct ResultFile {
 
 /// Runs `reproduce loop`.
 pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
-    let Some(data) = args.data.as_deref().filter(|d| d.is_dir()) else {
-        return Err(Usage::Missing(Missing::MeasuredSets { scenario: "loop" }).into());
-    };
+    let data = data_folder(args, "loop")?;
     let iterations = iterations(args);
     let out_dir = args.out.clone().unwrap_or_else(|| "out/loop".into());
     let record = Record::new("reproduce loop")

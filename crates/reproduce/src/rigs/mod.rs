@@ -8,6 +8,7 @@ mod sets;
 
 use crate::absent::MissingData;
 use crate::args::Reproduce;
+use crate::measured::{self, NULL_RUNS, Times, data_folder, discover_set};
 use crate::reproduction::{claim, finish, repeat_on_data};
 use anyhow::Context;
 use augsim_data::{Dataset, atomic_write, with_significant, write_dataset};
@@ -16,33 +17,21 @@ use augsim_equations::{Model, model};
 use augsim_session::equations::fit::fit;
 use augsim_session::equations::forecast::{Row, free_runs, rows};
 use augsim_session::equations::records::{read, records};
-use augsim_session::usage::Missing;
 use augsim_session::{DataFrom, equations, folders};
+use augsim_terminal::Outcome;
 use augsim_terminal::destination::REPORT;
 use augsim_terminal::discover_args::Discover;
-use augsim_terminal::discovery::run_whole_discovery;
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
-use augsim_terminal::{Outcome, Usage};
 use serde::Serialize;
 use sets::{SETS, Set};
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Number of simulated data sets without a missing effect in a complete run, from which false alarms are counted.
-const NULL_RUNS: usize = 19;
-
 /// Content of `result.json` of `reproduce rigs`.
-#[derive(Debug, Serialize)]
-struct ResultFile {
-    schema: &'static str,
-    scenario: &'static str,
-    sets: Vec<SetRow>,
-    seed: u64,
-}
+type ResultFile = measured::ResultFile<SetRow>;
 
 /// Results on one rig.
 #[derive(Debug, Serialize)]
@@ -81,9 +70,7 @@ struct Errors {
 
 /// Runs `reproduce rigs`.
 pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
-    let Some(data) = args.data.as_deref().filter(|d| d.is_dir()) else {
-        return Err(Usage::Missing(Missing::MeasuredSets { scenario: "rigs" }).into());
-    };
+    let data = data_folder(args, "rigs")?;
     let (there, absent): (Vec<&Set>, Vec<&Set>) = SETS.iter().partition(|set| data.join(set.name).is_dir());
     if there.is_empty() {
         let sets = SETS.map(|set| set.name).to_vec();
@@ -103,17 +90,11 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
         let row = one(set, data, &out, (seed, args.quick), output)?;
         sets.push(SetRow { seconds: start.elapsed().as_secs_f64(), ..row });
     }
-    let times: BTreeMap<&str, f64> = sets.iter().map(|row| (row.set, row.seconds)).collect();
-    let result = ResultFile { schema: "augsim.reproduce/1", scenario: "rigs", sets, seed };
+    let times = Times::new(sets.iter().map(|row| (row.set, row.seconds)));
+    let result = ResultFile::new("rigs", sets, seed);
     let command = repeat_on_data("rigs", args, data, seed);
     let page = |result: &ResultFile| Ok(page::page(result, data, &command).render());
-    finish(&claim, &result, page, Some(Times { sets: times }), text, output)
-}
-
-/// Run times of the sets, s.
-#[derive(Serialize)]
-struct Times<'s> {
-    sets: BTreeMap<&'s str, f64>,
+    finish(&claim, &result, page, Some(times), text, output)
 }
 
 /// Finds what the declared model of a rig lacks, and scores the models.
@@ -143,9 +124,7 @@ fn one(
         null_runs: if quick { 0 } else { NULL_RUNS },
         ..Discover::default()
     };
-    // The claim of the outer folder has already decided what may be overwritten.
-    let found = run_whole_discovery(&args, seed, true, output)?;
-    output.note(format!("{}: {}", set.name, found.sentence));
+    let found = discover_set(set.name, &args, seed, output)?;
     let errors = if held_out.is_empty() {
         of_left_out_parts(&found)
     } else {

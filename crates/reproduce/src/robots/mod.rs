@@ -11,40 +11,30 @@ mod simulated;
 
 use crate::absent::MissingData;
 use crate::args::Reproduce;
+use crate::measured::{self, NULL_RUNS, Times, data_folder, discover_set};
 use crate::reproduction::{claim, finish, repeat_on_data};
 use augsim_data::{atomic_write, write_dataset};
 use augsim_session::joints::{JointResult, joint_results};
 use augsim_session::robot::model_from_robot;
-use augsim_session::usage::Missing;
 use augsim_session::{Subject, folders};
+use augsim_terminal::Outcome;
 use augsim_terminal::destination::REPORT;
 use augsim_terminal::discover_args::Discover;
-use augsim_terminal::discovery::run_whole_discovery;
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
-use augsim_terminal::{Outcome, Usage};
 use published::Compared;
 use serde::Serialize;
 use sets::{SETS, Set};
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Number of simulated data sets without a missing effect in a complete run, from which false alarms are counted.
-const NULL_RUNS: usize = 19;
 /// Name of the data file beside each model file.
 const DATA: &str = "data.csv";
 
 /// Content of `result.json` of `reproduce robots`.
-#[derive(Debug, Serialize)]
-struct ResultFile {
-    schema: &'static str,
-    scenario: &'static str,
-    sets: Vec<SetRow>,
-    seed: u64,
-}
+type ResultFile = measured::ResultFile<SetRow>;
 
 /// Results on one arm.
 #[derive(Debug, Serialize)]
@@ -77,9 +67,7 @@ struct Found {
 
 /// Runs `reproduce robots`.
 pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
-    let Some(data) = args.data.as_deref().filter(|d| d.is_dir()) else {
-        return Err(Usage::Missing(Missing::MeasuredSets { scenario: "robots" }).into());
-    };
+    let data = data_folder(args, "robots")?;
     let is_there = |set: &&Set| set.folder.is_none_or(|folder| data.join(folder).is_dir());
     if !SETS.iter().any(|set| set.folder.is_some() && is_there(&set)) {
         let sets = SETS.iter().filter_map(|set| set.folder).collect();
@@ -102,17 +90,11 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
         let row = one(set, data, &out, (seed, args.quick), output)?;
         sets.push(SetRow { seconds: start.elapsed().as_secs_f64(), ..row });
     }
-    let times: BTreeMap<&str, f64> = sets.iter().map(|row| (row.set, row.seconds)).collect();
-    let result = ResultFile { schema: "augsim.reproduce/1", scenario: "robots", sets, seed };
+    let times = Times::new(sets.iter().map(|row| (row.set, row.seconds)));
+    let result = ResultFile::new("robots", sets, seed);
     let command = repeat_on_data("robots", args, data, seed);
     let page = |result: &ResultFile| Ok(page::page(result, data, &command).render());
-    finish(&claim, &result, page, Some(Times { sets: times }), text, output)
-}
-
-/// Run times of the sets, s.
-#[derive(Serialize)]
-struct Times<'s> {
-    sets: BTreeMap<&'s str, f64>,
+    finish(&claim, &result, page, Some(times), text, output)
 }
 
 /// Declares an arm from its files, and finds what the model lacks; a row with the reason if it cannot be declared.
@@ -157,9 +139,7 @@ fn one(
         null_runs: if quick { 0 } else { NULL_RUNS },
         ..Discover::default()
     };
-    // The claim of the outer folder has already decided what may be overwritten.
-    let found = run_whole_discovery(&args, seed, true, output)?;
-    output.note(format!("{}: {}", set.name, found.sentence));
+    let found = discover_set(set.name, &args, seed, output)?;
     let joints = joint_results(&subject, &found, Some(&made.data));
     let compared = published::compare(declared.published, &found, &joints);
     Ok(row(

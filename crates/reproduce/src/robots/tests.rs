@@ -69,7 +69,7 @@ fn result() -> ResultFile {
         row("made-up", None, Some(found)),
         row("without-inertias", Some("link `arm` has no inertia".to_owned()), None),
     ];
-    ResultFile { schema: "augsim.reproduce/1", scenario: "robots", sets, seed: 1 }
+    ResultFile::new("robots", sets, 1)
 }
 
 #[test]

@@ -7,22 +7,20 @@ mod sets;
 
 use crate::absent::MissingData;
 use crate::args::Reproduce;
+use crate::measured::{self, NULL_RUNS, data_folder, discover_set};
 use crate::reproduction::{claim, finish, repeat_on_data};
 use anyhow::Context;
 use augsim_data::{Dataset, atomic_write, write_dataset};
-use augsim_discovery::Discovery;
 use augsim_equations::Model;
 use augsim_session::equations::fit::fit;
 use augsim_session::equations::forecast::{free_runs, rows};
 use augsim_session::equations::records::records;
-use augsim_session::usage::Missing;
 use augsim_session::{equations, folders};
+use augsim_terminal::Outcome;
 use augsim_terminal::destination::REPORT;
 use augsim_terminal::discover_args::{Discover, Library};
-use augsim_terminal::discovery::run_whole_discovery;
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
-use augsim_terminal::{Outcome, Usage};
 use net::{ITERATIONS, Net, Plan, net};
 use serde::Serialize;
 use sets::{Published, SETS, Set};
@@ -31,13 +29,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Content of `result.json` of `reproduce systems`.
-#[derive(Debug, Serialize)]
-struct ResultFile {
-    schema: &'static str,
-    scenario: &'static str,
-    sets: Vec<SetRow>,
-    seed: u64,
-}
+type ResultFile = measured::ResultFile<SetRow>;
 
 /// Scores and findings on one benchmark set.
 #[derive(Debug, Serialize)]
@@ -71,9 +63,7 @@ struct Scored {
 
 /// Runs `reproduce systems`.
 pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow::Result<Outcome> {
-    let Some(data) = args.data.as_deref().filter(|d| d.is_dir()) else {
-        return Err(Usage::Missing(Missing::MeasuredSets { scenario: "systems" }).into());
-    };
+    let data = data_folder(args, "systems")?;
     let there: Vec<&Set> = SETS.iter().filter(|set| data.join(set.name).is_dir()).collect();
     if there.is_empty() {
         let sets = SETS.map(|set| set.name).to_vec();
@@ -98,7 +88,7 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
             None => return Ok(Outcome::Interrupted),
         }
     }
-    let result = ResultFile { schema: "augsim.reproduce/1", scenario: "systems", sets, seed };
+    let result = ResultFile::new("systems", sets, seed);
     let command = repeat_on_data("systems", args, data, seed);
     let page = |result: &ResultFile| Ok(page::page(result, data, &command).render());
     finish(&claim, &result, page, Some(()), text, output)
@@ -137,13 +127,11 @@ fn one(
             model: model_path.clone(),
             data: vec![train_path.clone()],
             out: sub.to_owned(),
-            null_runs: 19,
+            null_runs: NULL_RUNS,
             library,
             ..Discover::default()
         };
-        // The claim of the outer folder has already decided what may be overwritten.
-        let found: Discovery = run_whole_discovery(&args, plan.seed, true, output)?;
-        output.note(format!("{}: {}", set.name, found.sentence));
+        let found = discover_set(set.name, &args, plan.seed, output)?;
         let augmented = sub.join("model.toml");
         let model = equations::read(&augmented).with_context(|| augmented.display().to_string())?;
         Ok(Scored {

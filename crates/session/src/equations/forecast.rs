@@ -60,18 +60,12 @@ pub fn free_runs(model: &Model, records: &[Record], burn_in: usize) -> anyhow::R
     let values: Vec<f64> = system.parameters().iter().map(|p| p.nominal).collect();
     let mut runs = Vec::with_capacity(records.len());
     for record in &records {
-        let mut early = record.clone();
-        // Later samples are removed first, since the initial guess of `prepare` must not use them either.
-        early.values.iter_mut().for_each(|v| v.iter_mut().skip(burn_in.max(1)).for_each(|x| *x = f64::NAN));
-        system.prepare(&mut early, &[])?;
-        let from = early.windows.first().map(|w| w.start.clone()).unwrap_or_default();
-        let sd: Vec<Option<f64>> = model.outputs.iter().map(|o| o.sd).collect();
-        let initial_state = estimate_initial_state(&system, &early, burn_in, &values, &from, &sd)?;
+        let start = initial_state(&system, model, record, &values, burn_in)?;
         let task = Task {
             parameters: &values,
             record,
             window: 0..record.times.len(),
-            start: &initial_state.state,
+            start: &start,
             offsets: Offsets::None,
             seeds: &[],
         };
@@ -88,6 +82,26 @@ pub fn free_runs(model: &Model, records: &[Record], burn_in: usize) -> anyhow::R
         });
     }
     Ok(runs)
+}
+
+/// Fits the initial state to the first `burn_in` samples of a prepared record, at these values of the parameters.
+///
+/// # Errors
+/// The record cannot be simulated.
+pub(super) fn initial_state(
+    system: &EquationSystem,
+    model: &Model,
+    record: &Record,
+    values: &[f64],
+    burn_in: usize,
+) -> anyhow::Result<Vec<f64>> {
+    let mut early = record.clone();
+    // Later samples are removed first, since the initial guess of `prepare` must not use them either.
+    early.values.iter_mut().for_each(|v| v.iter_mut().skip(burn_in.max(1)).for_each(|x| *x = f64::NAN));
+    system.prepare(&mut early, &[])?;
+    let from = early.windows.first().map(|w| w.start.clone()).unwrap_or_default();
+    let sd: Vec<Option<f64>> = model.outputs.iter().map(|o| o.sd).collect();
+    Ok(estimate_initial_state(system, &early, burn_in, values, &from, &sd)?.state)
 }
 
 /// Names the records without measured values after the first `burn_in` samples, which cannot be scored.

@@ -1,10 +1,10 @@
 //! Hidden states of added effects in the report: over a recording, and after a step of an input.
 
 use super::fit::prepare_records;
+use super::forecast::initial_state;
 use crate::discovery_page::{HiddenState, StepResponse};
 use augsim_equations::{EquationSystem, Model};
-use augsim_fit::estimate_initial_state;
-use augsim_system::{Offsets, Prepare, Record, Simulate, Simulated, Stream, Task};
+use augsim_system::{Offsets, Record, Simulate, Simulated, Stream, Task};
 use std::sync::Arc;
 
 /// Shares of the sorted samples of an input between which it steps: the quartiles.
@@ -60,13 +60,7 @@ fn states_along(model: &Model, record: &Record, burn_in: usize) -> anyhow::Resul
     let system = system.tuned(&prepared)?;
     let Some(record) = prepared.first() else { return Ok(vec![Vec::new(); model.states.len()]) };
     let values: Vec<f64> = system.parameters().iter().map(|p| p.nominal).collect();
-    let mut early = record.clone();
-    early.values.iter_mut().for_each(|v| v.iter_mut().skip(burn_in.max(1)).for_each(|x| *x = f64::NAN));
-    system.prepare(&mut early, &[])?;
-    let from = early.windows.first().map(|w| w.start.clone()).unwrap_or_default();
-    let sd: Vec<Option<f64>> = model.outputs.iter().map(|o| o.sd).collect();
-    let begun = estimate_initial_state(&system, &early, burn_in, &values, &from, &sd)?;
-    let start = system.complete_start(record, &begun.state);
+    let start = system.complete_start(record, &initial_state(&system, model, record, &values, burn_in)?);
     let shown = system.with_states_as_channels()?;
     let window = 0..record.times.len();
     let task =

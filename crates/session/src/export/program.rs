@@ -239,14 +239,14 @@ impl<'a> Program<'a> {
         cases.map(|(i, delay)| format!("    case {i}: return {delay};\n")).collect()
     }
 
+    /// Writer of the expressions of initial states.
+    fn writer_of_starts(&self) -> Writer<'_> {
+        Writer { model: self.model, language: self.language, names: Some(&self.names), purpose: Use::Start }
+    }
+
     /// Writes statements that compute the initial states.
     fn guesses(&self) -> String {
-        let writer = Writer {
-            model: self.model,
-            language: self.language,
-            names: Some(&self.names),
-            purpose: Use::Start,
-        };
+        let writer = self.writer_of_starts();
         let (declared, of_effects) = self.model.states.split_at(self.model.declared_states());
         let start = |s: &State| writer.expression(&s.start.tree);
         if self.is_c() {
@@ -266,12 +266,7 @@ impl<'a> Program<'a> {
 
     /// Writes statements in C that compute the initial states of effects from those of the declared states.
     fn guesses_of_effects(&self) -> String {
-        let writer = Writer {
-            model: self.model,
-            language: self.language,
-            names: Some(&self.names),
-            purpose: Use::Start,
-        };
+        let writer = self.writer_of_starts();
         let declared = self.model.declared_states();
         let of_effects = self.model.states.iter().enumerate().skip(declared);
         let line = |(i, s): (usize, &State)| {
