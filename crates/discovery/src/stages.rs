@@ -70,16 +70,16 @@ pub(crate) fn search_in(
 /// Effects that only imitate a missing one leave residuals in which it does not show. So if effects were found, one search
 /// begins without any, and another with all sets that are known then.
 pub(crate) fn search_with(prepared: &Prepared, searched: &SearchStage, family: Family) -> SearchStage {
-    let families = [&searched.families[..], &[family]].concat();
-    let base = searched.found.base().clone();
-    let search_from = |known_sets: Vec<Scored>| {
-        search_in(prepared, searched.view.clone(), &families, base.clone(), known_sets, &mut |_| {})
-    };
-    let mut known_sets: Vec<Scored> = searched.found.sets[1..].to_vec();
-    if !searched.found.best().additions().is_empty() {
-        let afresh = search_from(Vec::new());
-        let is_new = |set: &Scored| searched.found.with_key(&set.key()).is_none();
-        known_sets.extend(afresh.found.sets.into_iter().filter(is_new));
+    let SearchStage { view, families, found } = searched;
+    let families = [&families[..], &[family]].concat();
+    let mut search = Search::new(view, &families, &prepared.clock);
+    let mut known_sets: Vec<Scored> = found.sets[1..].to_vec();
+    if !found.best().additions().is_empty() {
+        search.fitted = known_sets.clone();
+        let afresh = run(&search, found.base().clone(), Vec::new(), &mut |_| {});
+        let is_new = |set: &Scored| found.with_key(&set.key()).is_none();
+        known_sets.extend(afresh.sets.into_iter().filter(is_new));
     }
-    search_from(known_sets)
+    let found = run(&search, found.base().clone(), known_sets, &mut |_| {});
+    SearchStage { view: view.clone(), families, found }
 }

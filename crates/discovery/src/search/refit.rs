@@ -1,6 +1,6 @@
 //! Fits of sets of additions, warm-started from a fit of a similar set.
 
-use crate::addition::Addition;
+use crate::addition::{Addition, labels};
 use crate::calibrate::calibration_start;
 use crate::columns::{Family, library_candidates};
 use crate::evaluate::{Lanes, rough_event_value};
@@ -49,6 +49,8 @@ pub(crate) struct Search<'a> {
     pub families: Vec<Family>,
     /// Number of tested candidates: those in `library`, and two kinds of random effects.
     pub candidates: f64,
+    /// Sets that an earlier search fitted to the same data. They are not fitted again.
+    pub fitted: Vec<Scored>,
     pub clock: Clock,
 }
 
@@ -58,7 +60,7 @@ impl<'a> Search<'a> {
         let library: Vec<Addition> =
             families.iter().flat_map(|family| library_candidates(data, &view.blocks, *family)).collect();
         let candidates = library.len() as f64 + 2.0;
-        Self { view, library, families: families.to_vec(), candidates, clock: clock.clone() }
+        Self { view, library, families: families.to_vec(), candidates, fitted: Vec::new(), clock: clock.clone() }
     }
 
     /// Penalty of an effect tried at one grid point: the log odds against one of this many candidates by
@@ -87,8 +89,12 @@ impl<'a> Search<'a> {
     }
 
     /// Fits `additions`, starting from the fit `from`. Shared parameters keep their values; new additions
-    /// start at `starts`.
+    /// start at `starts`. A set that was fitted before is returned as it was.
     pub fn refit(&self, from: &Fit, additions: &[Addition], starts: &InitialValues) -> Scored {
+        let key = labels(additions);
+        if let Some(known) = self.fitted.iter().find(|set| set.key() == key) {
+            return known.clone();
+        }
         let sample = self.sample();
         let mut h = Hypothesis::new(sample.data, additions);
         let theta = self.initial_theta_for(from, &h, starts);

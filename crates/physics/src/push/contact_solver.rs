@@ -25,7 +25,7 @@ use super::warm_start::WarmStart;
 use crate::{Dual, Scalar};
 
 /// Relative size of a Newton step that ends the iteration; the error after it is about its square.
-const STEP_TOLERANCE: f64 = 1e-7;
+pub(super) const STEP_TOLERANCE: f64 = 1e-7;
 
 /// Moment residual of sticking, formula (1), at the contact velocity `v`; also the wrench and the twist.
 #[inline]

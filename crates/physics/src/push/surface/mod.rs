@@ -5,6 +5,7 @@
 //! dissipation `D(v, ω)`, which is convex and homogeneous of degree one (Goyal, Ruina and Papadopoulos, Wear
 //! 143:307, 1991). Contacts can therefore be solved in the same way for all surfaces.
 
+mod decay;
 pub mod ellipsoid;
 pub mod patches;
 pub mod quartic;

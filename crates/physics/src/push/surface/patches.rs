@@ -10,6 +10,7 @@
 //! square radius of the patch. This is exact to fourth order in the patch size away from the centre of
 //! rotation, and smooth at that centre, where point contacts would make the friction jump.
 
+use super::decay::decay;
 use super::wrench_jacobian::{MovingPatch, WrenchWithJacobian};
 use super::{Matrix, apply};
 use crate::Scalar;
@@ -121,8 +122,11 @@ pub fn wrench<S: Scalar>(
         }
         let mut k = S::constant(weight) / square.sqrt();
         if let Some(law) = speed_law {
-            let decay = -(square / (law.speed_m_s * law.speed_m_s));
-            k = k * (law.rise * decay.exp() + 1.0);
+            let ratio = square / (law.speed_m_s * law.speed_m_s);
+            let value = decay(ratio.value());
+            // Derivatives follow by the chain rule: the difference has the value 0 and those of the ratio.
+            let decay = (ratio - ratio.value()) * -value + value;
+            k = k * (law.rise * decay + 1.0);
         }
         w.force = [w.force[0] + v[0] * k, w.force[1] + v[1] * k];
         w.moment += (dot(arm, v) + rotation * patch.c_squared) * k;
@@ -166,7 +170,7 @@ pub(super) fn wrench_with_jacobian_by_speed(
         }
         let plain = weight / square.sqrt();
         let ratio = square / (speed_m_s * speed_m_s);
-        let decay = (-ratio).exp();
+        let decay = decay(ratio);
         let factor = 1.0 + rise * decay;
         let before = w.values;
         let k_derivative = plain * (-0.5 * factor / square - rise * decay / (speed_m_s * speed_m_s));
