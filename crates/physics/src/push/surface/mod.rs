@@ -106,6 +106,15 @@ impl<'a, S: Scalar> Surface<'a, S> {
                         patches::wrench_with_jacobian_by_speed(patches, weights, inputs.map(S::value))
                             .chain_rule(inputs)
                     }
+                    (Some([[xx, xy], [yx, yy]]), law) if S::DIFFERENTIATES => {
+                        let plain = SpeedLaw { rise: S::zero(), speed_m_s: S::constant(1.0) };
+                        let SpeedLaw { rise, speed_m_s } = law.unwrap_or(plain);
+                        let [x, y] = velocity;
+                        let inputs = [x, y, turning, rise, speed_m_s, *xx, *xy, *yx, *yy];
+                        let values = inputs.map(S::value);
+                        patches::wrench_with_jacobian_of_map(patches, weights, values, law.is_some())
+                            .chain_rule(inputs)
+                    }
                     _ => patches::wrench(patches, weights, velocity, turning, map, speed.as_ref()),
                 };
                 w.moment = w.moment * *scale;

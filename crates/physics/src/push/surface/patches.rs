@@ -185,3 +185,51 @@ pub(super) fn wrench_with_jacobian_by_speed(
     }
     w
 }
+
+/// Friction wrench of patches whose positions a linear map moves, and its Jacobian.
+///
+/// The inputs are velocity x, velocity y, rotation, the rise and speed of the [`SpeedLaw`], and the map by rows. Without
+/// a law (`has_law`) the rise and the speed have no effect.
+pub(super) fn wrench_with_jacobian_of_map(
+    patches: &[Patch],
+    weights: &[f64],
+    inputs: [f64; 9],
+    has_law: bool,
+) -> WrenchWithJacobian<9> {
+    let [x, y, rotation, rise, speed_m_s, xx, xy, yx, yy] = inputs;
+    let mut w = WrenchWithJacobian::zero();
+    for (patch, &weight) in patches.iter().zip(weights) {
+        let p = patch.position;
+        let moving =
+            MovingPatch::new(rot90(apply(&[[xx, xy], [yx, yy]], p)), patch.c_squared, [x, y, rotation]);
+        let square = moving.square();
+        if square <= 0.0 {
+            continue;
+        }
+        let plain = weight / square.sqrt();
+        let ratio = square / (speed_m_s * speed_m_s);
+        let decay = if has_law { decay(ratio) } else { 0.0 };
+        let k = plain * (1.0 + rise * decay);
+        let k_derivative = -0.5 * k / square - plain * rise * decay / (speed_m_s * speed_m_s);
+        w.add_patch(&moving, [k, k_derivative]);
+        let by_law = [plain * decay, 2.0 * plain * rise * decay * ratio / speed_m_s];
+        let half_gradient = moving.half_gradient();
+        let MovingPatch { arm, v, .. } = moving;
+        // Derivatives of the half gradient with respect to the arm, and half those of the square.
+        let by_arm = [
+            ([rotation, 0.0, v[0] + arm[0] * rotation], v[0] * rotation),
+            ([0.0, rotation, v[1] + arm[1] * rotation], v[1] * rotation),
+        ];
+        for (row, jacobian) in w.jacobian.iter_mut().enumerate() {
+            jacobian[3] += by_law[0] * half_gradient[row];
+            jacobian[4] += by_law[1] * half_gradient[row];
+            let [x_arm, y_arm] = by_arm.map(|(direct, half_square)| {
+                k * direct[row] + 2.0 * k_derivative * half_gradient[row] * half_square
+            });
+            // The arm is the mapped position, rotated by 90 degrees.
+            let by_map = [y_arm * p[0], y_arm * p[1], -x_arm * p[0], -x_arm * p[1]];
+            jacobian[5..].iter_mut().zip(by_map).for_each(|(sum, term)| *sum += term);
+        }
+    }
+    w
+}

@@ -35,9 +35,7 @@ impl<const K: usize> WrenchWithJacobian<K> {
     /// velocity of the footprint, x and y, and its rotation.
     #[inline(always)]
     pub fn add_patch(&mut self, patch: &MovingPatch, [k, k_derivative]: [f64; 2]) {
-        let &MovingPatch { arm, v, c_squared, rotation } = patch;
-        // Half the derivatives of s with respect to the three inputs.
-        let half_gradient = [v[0], v[1], dot(arm, v) + rotation * c_squared];
+        let (arm, c_squared, half_gradient) = (patch.arm, patch.c_squared, patch.half_gradient());
         let plain = [[1.0, 0.0, arm[0]], [0.0, 1.0, arm[1]], [arm[0], arm[1], dot(arm, arm) + c_squared]];
         for (row, (value, jacobian)) in self.values.iter_mut().zip(&mut self.jacobian).enumerate() {
             *value += k * half_gradient[row];
@@ -74,6 +72,12 @@ impl MovingPatch {
     #[inline(always)]
     pub fn square(&self) -> f64 {
         dot(self.v, self.v) + self.rotation * self.rotation * self.c_squared
+    }
+
+    /// Half the derivatives of the [`square`](Self::square) with respect to the twist.
+    #[inline(always)]
+    pub fn half_gradient(&self) -> [f64; 3] {
+        [self.v[0], self.v[1], dot(self.arm, self.v) + self.rotation * self.c_squared]
     }
 }
 
@@ -148,6 +152,16 @@ mod tests {
             let law = SpeedLaw { rise, speed_m_s };
             let slower = patches::wrench(&patches, &weights, [x, y], r, None, Some(&law));
             assert_agrees(&patches::wrench_with_jacobian_by_speed(&patches, &weights, inputs), &slower, 1e-9);
+            let inputs = [twist[0], twist[1], twist[2], 0.4, 0.03, 1.2, 0.1, 0.2, 0.8];
+            let [x, y, r, rise, speed_m_s, xx, xy, yx, yy] =
+                std::array::from_fn(|i| Dual::<9>::variable(inputs[i], i));
+            for law in [None, Some(SpeedLaw { rise, speed_m_s })] {
+                let map = [[xx, xy], [yx, yy]];
+                let mapped = patches::wrench(&patches, &weights, [x, y], r, Some(&map), law.as_ref());
+                let jacobian =
+                    patches::wrench_with_jacobian_of_map(&patches, &weights, inputs, law.is_some());
+                assert_agrees(&jacobian, &mapped, 1e-9);
+            }
         }
     }
 }
