@@ -74,3 +74,17 @@ impl Set {
         self.held_out.iter().any(|end| recording.ends_with(end))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    //! Contract: the textbook model of each rig is a valid model file.
+
+    use super::*;
+
+    #[test]
+    fn models_of_all_rigs_are_valid() {
+        for set in SETS {
+            augsim_equations::model::parse(set.model, set.name).expect("a model");
+        }
+    }
+}
