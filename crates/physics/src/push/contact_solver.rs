@@ -19,13 +19,10 @@ use super::contact::{
     ContactFriction, Mode, Response, Touch, cone_edge, ellipsoid_response, inverse_metric, slide_mode,
 };
 use super::planar::{Twist, Vector, Wrench, add, cross, dot, norm, rot90, scale, sub};
-use super::support::{Support, mobility};
+use super::support::{STEP_TOLERANCE, Support, mobility};
 use super::surface::Surface;
 use super::warm_start::WarmStart;
 use crate::{Dual, Scalar};
-
-/// Relative size of a Newton step that ends the iteration; the error after it is about its square.
-pub(super) const STEP_TOLERANCE: f64 = 1e-7;
 
 /// Moment residual of sticking, formula (1), at the contact velocity `v`; also the wrench and the twist.
 #[inline]

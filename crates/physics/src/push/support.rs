@@ -3,7 +3,6 @@
 //! With inertia a step is implicit Euler, and without a rod the object moves with the twist that demands no wrench
 //! ([`Support::demand`]). Friction is smoothed near rest, where it would jump.
 
-use super::contact_solver::STEP_TOLERANCE;
 use super::planar::{Twist, Vector, Wrench, add, cross, dot, norm, rot90, scale, sub};
 use super::surface::{Matrix, Surface, apply, apply_transposed, footprint_map};
 use crate::{Dual, Scalar};
@@ -23,6 +22,9 @@ pub struct Inertia<S> {
 ///
 /// An object that should be at rest creeps at a fraction of this speed.
 const FRICTION_SMOOTHING_M_S: f64 = 2e-5;
+
+/// Relative size of a Newton step that ends the iteration; the error after it is about its square.
+pub(super) const STEP_TOLERANCE: f64 = 1e-7;
 
 /// Friction, loads and inertia of a sliding object, in the body frame.
 #[derive(Clone, Copy, Debug)]
