@@ -60,7 +60,14 @@ impl<'a> Search<'a> {
         let library: Vec<Addition> =
             families.iter().flat_map(|family| library_candidates(data, &view.blocks, *family)).collect();
         let candidates = library.len() as f64 + 2.0;
-        Self { view, library, families: families.to_vec(), candidates, fitted: Vec::new(), clock: clock.clone() }
+        Self {
+            view,
+            library,
+            families: families.to_vec(),
+            candidates,
+            fitted: Vec::new(),
+            clock: clock.clone(),
+        }
     }
 
     /// Penalty of an effect tried at one grid point: the log odds against one of this many candidates by
