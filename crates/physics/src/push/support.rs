@@ -226,8 +226,8 @@ mod tests {
     use crate::push::surface::patches::{SpeedLaw, cut};
     use crate::push::surface::uniform::UniformPolygon;
 
-    /// Largest residual of the equation of motion, in units of the sliding force, after steps of 1 ms from twists between
-    /// 1 mm/s and 1 m/s, each about the nominal radius too.
+    /// Largest residual of the equation of motion, in units of the sliding force, after steps of 1 ms from motions of 1 mm/s
+    /// to 1 m/s, each with four rates of rotation.
     fn largest_residual(surface: Surface<'_, f64>) -> f64 {
         let mut support = Support::plain(surface);
         let mut residual = |size: f64, turns: f64| {
