@@ -84,8 +84,8 @@ fn add_repeats(found: &mut Discovery, model: &Model, data: &Dataset) -> anyhow::
     let list: Vec<String> = found.repeats.iter().map(scatter).collect();
     let sets = if first.sets == 1 { String::new() } else { format!(", in {} sets", first.sets) };
     found.notes.push(format!(
-        "{} recordings have the same inputs{sets}: at the same time they scatter in {} (standard deviation), and no model of these inputs \
-         predicts them better",
+        "{} recordings have the same inputs{sets}: at the same time they scatter in {} (standard deviation), which no model predicts \
+         from these inputs; it can only predict what follows from different starts",
         first.recordings,
         list.join(", ")
     ));
