@@ -75,7 +75,7 @@ pub(crate) fn search_with(prepared: &Prepared, searched: &SearchStage, family: F
     let mut search = Search::new(view, &families, &prepared.clock);
     let mut known_sets: Vec<Scored> = found.sets[1..].to_vec();
     if !found.best().additions().is_empty() {
-        search.fitted = known_sets.clone();
+        search.fitted = &found.sets[1..];
         let afresh = run(&search, found.base().clone(), Vec::new(), &mut |_| {});
         let is_new = |set: &Scored| found.with_key(&set.key()).is_none();
         known_sets.extend(afresh.sets.into_iter().filter(is_new));

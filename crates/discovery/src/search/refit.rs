@@ -50,7 +50,7 @@ pub(crate) struct Search<'a> {
     /// Number of tested candidates: those in `library`, and two kinds of random effects.
     pub candidates: f64,
     /// Sets that an earlier search fitted to the same data. They are not fitted again.
-    pub fitted: Vec<Scored>,
+    pub fitted: &'a [Scored],
     pub clock: Clock,
 }
 
@@ -60,14 +60,7 @@ impl<'a> Search<'a> {
         let library: Vec<Addition> =
             families.iter().flat_map(|family| library_candidates(data, &view.blocks, *family)).collect();
         let candidates = library.len() as f64 + 2.0;
-        Self {
-            view,
-            library,
-            families: families.to_vec(),
-            candidates,
-            fitted: Vec::new(),
-            clock: clock.clone(),
-        }
+        Self { view, library, families: families.to_vec(), candidates, fitted: &[], clock: clock.clone() }
     }
 
     /// Penalty of an effect tried at one grid point: the log odds against one of this many candidates by

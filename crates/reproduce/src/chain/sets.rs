@@ -1,5 +1,6 @@
 //! Discovery on all measured data sets of a folder.
 
+use crate::measured::{self, NULL_RUNS};
 use anyhow::Context;
 use augsim_data::convert::{CONVERTERS, holds_pushes};
 use augsim_data::{Dataset, MissingCells, atomic_write, read_dataset, write_dataset};
@@ -7,7 +8,6 @@ use augsim_discovery::Discovery;
 use augsim_session::folders;
 use augsim_terminal::destination::{REPORT, RESULT};
 use augsim_terminal::discover_args::Discover;
-use augsim_terminal::discovery::run_whole_discovery;
 use augsim_terminal::output::Output;
 use serde::Serialize;
 use std::io::Write;
@@ -101,12 +101,15 @@ pub fn discover_set(
         model: out.join("declared.toml"),
         data: vec![out.join("data.csv.gz")],
         out: out.clone(),
-        null_runs: 19,
+        null_runs: NULL_RUNS,
         ..Discover::default()
     };
     output.note(format!("{set}: {} trajectories", data.trajectories().len()));
     let found = match resume.then(|| earlier(&args, data, model)).flatten() {
-        Some(found) => found,
+        Some(found) => {
+            output.note(format!("{set}: {}", found.sentence));
+            found
+        }
         None => {
             // Remove a result from other data first, so that it does not remain if this run is
             // interrupted.
@@ -117,11 +120,9 @@ pub fn discover_set(
             }
             atomic_write(&args.model, |w| w.write_all(model.as_bytes()))?;
             write_dataset(data, &args.data[0])?;
-            // The claim of the outer folder has already decided what may be overwritten.
-            run_whole_discovery(&args, seed, true, output)?
+            measured::discover_set(set, &args, seed, output)?
         }
     };
-    output.note(format!("{set}: {}", found.sentence));
     let trajectories = data.trajectories().len();
     Ok(SetRow { set: set.to_owned(), trajectories, report: Path::new(set).join(REPORT), found })
 }
