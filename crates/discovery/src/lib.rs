@@ -78,7 +78,7 @@ pub use prediction::{
     PREDICTION_LEVELS, PredictOptions, PredictedChannel, PredictedRecord, PredictionError, PredictionSet,
     quantile_of_draws, rmse_interval, rmse_reduction,
 };
-pub use repeat_scatter::RepeatScatter;
+pub use repeat_scatter::{RepeatScatter, Repeats};
 pub use resampling::{UniformRecord, resample_uniformly};
 pub use result::{
     Anatomy, Bin, Candidate, Discovery, ErrorTable, Estimate, Example, ExampleChannel, FoundEffect,

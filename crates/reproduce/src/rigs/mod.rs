@@ -63,7 +63,8 @@ struct Errors {
     declared: Option<f64>,
     calibrated: Option<f64>,
     augmented: Option<f64>,
-    /// Scatter between runs with the same input, which no model can predict; absent where no input is repeated.
+    /// Scatter of the augmented model's errors between fitted runs with the same input, which no model predicts; absent where no
+    /// input is repeated.
     #[serde(skip_serializing_if = "Option::is_none")]
     repeats: Option<f64>,
 }

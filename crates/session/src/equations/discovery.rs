@@ -2,10 +2,12 @@
 
 use super::downsample::downsample;
 use super::fit::{estimate_shared_starts, fit, gauge_finding, gauge_sentence, prepare_records};
+use super::forecast::{BURN_IN, free_runs};
 use super::{degrees, noise, records, unit_text};
 use augsim_data::checks::AcceptedChecks;
 use augsim_data::{Dataset, digits};
-use augsim_discovery::{Discovery, Observer, RepeatScatter, Verdict};
+use augsim_discovery::{Discovery, Observer, RepeatScatter, Repeats, Verdict};
+use augsim_equations::model::Output;
 use augsim_equations::{CalibratedModel, EquationSystem, Model};
 use augsim_fit::Gauge;
 use augsim_system::Record;
@@ -37,9 +39,9 @@ pub fn complete(
 ) -> anyhow::Result<()> {
     let mut model = declared.parse_changed(&found.model_toml)?;
     mark_gauges(found, &mut model, gauges);
-    add_repeats(found, declared, data)?;
     let records = records::records(data, &model, true)?;
     estimate_shared_starts(&mut model, &records)?;
+    add_repeats(found, &model, &records);
     if found.verdict != Verdict::NotThisSystem {
         // If the model diverges over a whole record, the noise is not estimated, but the findings remain
         // valid.
@@ -73,23 +75,35 @@ fn complete_rivals(found: &mut Discovery, declared: &Model, records: &[Record]) 
     Ok(())
 }
 
-/// Measures the scatter between recordings with the same inputs, and tells it in a remark.
-fn add_repeats(found: &mut Discovery, model: &Model, data: &Dataset) -> anyhow::Result<()> {
-    let inputs: Vec<&str> = model.inputs.iter().map(|input| input.name.as_str()).collect();
-    let outputs: Vec<&str> = model.outputs.iter().map(|output| output.name.as_str()).collect();
-    found.repeats = RepeatScatter::of_recordings(data, &inputs, &outputs)?;
-    let Some(first) = found.repeats.first() else { return Ok(()) };
-    let scatter =
-        |r: &RepeatScatter| format!("`{}` by {} {}", r.output, digits(r.sd), r.unit).trim_end().to_owned();
-    let list: Vec<String> = found.repeats.iter().map(scatter).collect();
+/// Measures how the errors of the augmented model scatter between recordings with the same inputs, and tells it in a remark.
+fn add_repeats(found: &mut Discovery, model: &Model, records: &[Record]) {
+    let repeats = Repeats::find(records);
+    if repeats.is_empty() {
+        return;
+    }
+    // Without a simulation of whole recordings there are no errors to compare.
+    let Ok(runs) = free_runs(model, records, BURN_IN) else { return };
+    let errors: Vec<_> = runs.iter().map(|run| run.errors(model)).collect();
+    let unit = |output: &Output| output.unit.map_or_else(String::new, |unit| unit.symbol());
+    let outputs: Vec<_> = model.outputs.iter().map(|output| (output.name.clone(), unit(output))).collect();
+    found.repeats = repeats.scatter(&errors, &outputs);
+    let Some(first) = found.repeats.first() else { return };
+    let amounts = |value: &dyn Fn(&RepeatScatter) -> f64| {
+        let amount = |r: &RepeatScatter| {
+            format!("{} in `{}`", format!("{} {}", digits(value(r)), r.unit).trim_end(), r.output)
+        };
+        found.repeats.iter().map(amount).collect::<Vec<_>>().join(", ")
+    };
     let sets = if first.sets == 1 { String::new() } else { format!(", in {} sets", first.sets) };
-    found.notes.push(format!(
-        "{} recordings have the same inputs{sets}: at the same time they scatter in {} (standard deviation), which no model predicts \
-         from these inputs; it can only predict what follows from different starts",
+    let remark = format!(
+        "{} recordings have the same inputs{sets}; between them the errors of the augmented model over whole recordings scatter by {} \
+         (standard deviation), which no model predicts from these inputs; all repeats have {} in common, which a better model would \
+         predict",
         first.recordings,
-        list.join(", ")
-    ));
-    Ok(())
+        amounts(&|r| r.sd),
+        amounts(&|r| r.common)
+    );
+    found.notes.push(remark);
 }
 
 /// A calibrated model with the data in which missing effects are searched.

@@ -1,7 +1,7 @@
 //! Figures in the report on an equation model: free runs and curves of the added effects.
 
 use super::fit::prepare_records;
-use super::forecast::{FreeRun, free_runs};
+use super::forecast::{BURN_IN, FreeRun, free_runs};
 use super::hidden_states::hidden_states;
 use super::records;
 use crate::Subject;
@@ -15,8 +15,6 @@ use augsim_system::{Record, shortest_difference, typical_step};
 
 /// Maximum number of plotted points of a curve.
 const MAX_POINTS: usize = 600;
-/// Number of first samples that the initial states of the free runs are fitted to.
-const BURN_IN: usize = 20;
 /// Maximum RMS error of linear interpolation between plotted points.
 ///
 /// Relative to the standard deviation of the curve.

@@ -7,6 +7,8 @@ use augsim_system::{Offsets, Prepare, Record, Simulate, Simulated, Task};
 use serde::Serialize;
 use thiserror::Error;
 
+/// Number of first samples of a recording to which the initial state of its free run is fitted, for figures and tables.
+pub(crate) const BURN_IN: usize = 20;
 /// Prediction horizons of the error table, s; the whole record is added.
 const HORIZONS_S: [f64; 3] = [0.1, 0.5, 2.0];
 
@@ -21,6 +23,19 @@ pub struct FreeRun {
     pub predicted: Vec<Vec<f64>>,
     /// Index of the first sample that was not used to fit the initial state.
     pub first: usize,
+}
+
+impl FreeRun {
+    /// Errors of the outputs of `model`, measured minus predicted, `[output][sample]`; NaN up to the first judged sample and
+    /// where nothing was measured.
+    pub fn errors(&self, model: &Model) -> Vec<Vec<f64>> {
+        let error = |output: usize, k: usize| match k < self.first {
+            true => f64::NAN,
+            false => model.outputs[output].error(self.measured[output][k], self.predicted[output][k]),
+        };
+        let of_output = |output: usize| (0..self.times.len()).map(|k| error(output, k)).collect();
+        (0..model.outputs.len()).map(of_output).collect()
+    }
 }
 
 /// Prediction errors of an output over all records.

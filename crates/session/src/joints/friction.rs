@@ -2,7 +2,7 @@
 
 use super::{augmented_model, measured_output};
 use crate::Subject;
-use crate::equations::forecast::{FreeRun, free_runs};
+use crate::equations::forecast::{BURN_IN, FreeRun, free_runs};
 use crate::equations::records::records;
 use augsim_data::Dataset;
 use augsim_discovery::Discovery;
@@ -20,8 +20,6 @@ const MAX_POINTS: usize = 300;
 const MAX_RECORDS: usize = 10;
 /// Number of samples over which the slope of a measured position is computed.
 const SLOPE_SAMPLES: usize = 10;
-/// Number of first samples that initial states of effects are fitted to.
-const BURN_IN: usize = 20;
 
 /// Friction torque of a joint over its speed.
 #[derive(Debug, Clone, Default, PartialEq)]

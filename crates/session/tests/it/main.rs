@@ -19,3 +19,6 @@ mod examples;
 
 // Estimated noise gives prediction bands with the nominal coverage.
 mod noise_bands;
+
+// The scatter between recordings with the same inputs.
+mod repeats;
