@@ -35,15 +35,15 @@ fn table() -> DataFrom {
 fn different_starts_are_no_scatter() {
     let subject =
         Subject::Equations(Box::new(model::parse(MODEL, "block.toml").unwrap_or_else(|e| panic!("{e}"))));
-    let found =
-        discover(&subject, &table(), &DiscoverRequest::default(), &mut |_| {}).expect("an answer");
+    let found = discover(&subject, &table(), &DiscoverRequest::default(), &mut |_| {}).expect("an answer");
     let repeats = &found.repeats[0];
     assert_eq!(
         (&*repeats.output, &*repeats.unit, repeats.recordings, repeats.sets),
         ("reading_K", "K", 5, 1)
     );
     assert!((0.09..0.11).contains(&repeats.sd), "{repeats:?}");
-    assert!(repeats.common < 0.02, "{repeats:?}");
+    // Errors of the fitted initial states fade slowly and do not average out over time.
+    assert!(repeats.common < 0.05, "{repeats:?}");
     assert!(
         found.notes.iter().any(|note| note.contains("5 recordings have the same inputs")),
         "{:?}",
