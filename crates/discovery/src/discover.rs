@@ -168,7 +168,8 @@ fn search(
 /// Repeats the search with effects that depend on the past, if the residuals exceed the noise or depend on the past, or if
 /// laws of present values were found. Each may be an imitation of the other.
 ///
-/// The residuals of a single recording exceed the noise also under process noise; only a dependence on the past counts there.
+/// In a single recording only a dependence of the residuals on the past counts. Process noise leaves residuals beyond the noise
+/// there, which a state of an effect, whose start is estimated in each window, imitates beside the right law.
 fn search_memory(prepared: &Prepared, mut searched: SearchStage) -> SearchStage {
     let is_possible =
         searched.families.contains(&Family::Library) && !searched.families.contains(&Family::Memory);
@@ -176,8 +177,8 @@ fn search_memory(prepared: &Prepared, mut searched: SearchStage) -> SearchStage 
         return searched;
     }
     let named = searched.named_set(prepared);
-    let is_needed = !named.additions().is_empty()
-        || !prepared.has_single_recording() && searched.exceeds_noise(prepared, &named)
+    let exceeds_laws = !named.additions().is_empty() || searched.exceeds_noise(prepared, &named);
+    let is_needed = exceeds_laws && !prepared.has_single_recording()
         || test_memory(&searched.search(prepared), searched.found.best()).is_significant();
     if is_needed { search_with(prepared, &searched, Family::Memory) } else { searched }
 }

@@ -1,6 +1,6 @@
 """What a MuJoCo model lacks: the friction of its joints, and the mass of a payload.
 
-    python crates/python/examples/simulators/arm_in_mujoco.py          # needs mujoco 3.3 or later; about one minute on two cores
+    python crates/python/examples/simulators/arm_in_mujoco.py          # needs mujoco 3.3 or later; two to three minutes
 
 The declared model is MuJoCo itself: `Model.from_step` steps many states at once with `mujoco.rollout`. Effects are added to
 `qfrc_applied`. The recording is simulated here, with friction and a payload that the MJCF text does not have.
