@@ -176,10 +176,12 @@ fn search_memory(prepared: &Prepared, mut searched: SearchStage) -> SearchStage 
     if !is_possible || prepared.clock.is_over() {
         return searched;
     }
-    let named = searched.named_set(prepared);
-    let exceeds_laws = !named.additions().is_empty() || searched.exceeds_noise(prepared, &named);
-    let is_needed = exceeds_laws && !prepared.has_single_recording()
-        || test_memory(&searched.search(prepared), searched.found.best()).is_significant();
+    let has_laws_or_excess = !prepared.has_single_recording() && {
+        let named = searched.named_set(prepared);
+        !named.additions().is_empty() || searched.exceeds_noise(prepared, &named)
+    };
+    let is_needed =
+        has_laws_or_excess || test_memory(&searched.search(prepared), searched.found.best()).is_significant();
     if is_needed { search_with(prepared, &searched, Family::Memory) } else { searched }
 }
 

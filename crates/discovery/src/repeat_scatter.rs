@@ -8,7 +8,7 @@
 //!
 //! ```text
 //! scatter^2 = sum_sets sum_t sum_i (e_i(t) - mean_i e_i(t))^2 / sum_sets sum_t (n - 1)
-//! common^2  = sum_sets sum_t sum_i (mean_i e_i(t))^2 / sum_sets sum_t n  -  (sets / repeats) scatter^2
+//! common^2  = sum_sets sum_t sum_i (mean_i e_i(t))^2 / sum_sets sum_t n  -  scatter^2 sum_sets sum_t 1 / sum_sets sum_t n
 //! ```
 
 use augsim_system::{Record, Stream};

@@ -26,7 +26,7 @@ pub struct FreeRun {
 }
 
 impl FreeRun {
-    /// Errors of the outputs of `model`, measured minus predicted, `[output][sample]`; NaN up to the first judged sample and
+    /// Errors of the outputs of `model`, measured minus predicted, `[output][sample]`; NaN before the first judged sample and
     /// where nothing was measured.
     pub fn errors(&self, model: &Model) -> Vec<Vec<f64>> {
         let error = |output: usize, k: usize| match k < self.first {
@@ -155,15 +155,15 @@ pub fn clip_to_sensor_range(output: &augsim_equations::model::Output, value: f64
 
 /// Computes RMSE, errors by prediction horizon and R² of each output over free runs.
 pub fn rows(model: &Model, runs: &[FreeRun]) -> Vec<Row> {
+    let errors: Vec<_> = runs.iter().map(|run| run.errors(model)).collect();
     let row = |(index, output): (usize, &augsim_equations::model::Output)| {
         let squares_until = |horizon_s: f64| {
             let mut sum = 0.0;
             let mut count = 0_usize;
-            for run in runs {
+            for (run, errors) in runs.iter().zip(&errors) {
                 let begin = run.times.get(run.first).copied().unwrap_or(f64::INFINITY);
-                for k in run.first..run.times.len() {
-                    let error = output.error(run.measured[index][k], run.predicted[index][k]);
-                    if error.is_finite() && run.times[k] - begin <= horizon_s {
+                for (time, error) in run.times.iter().zip(&errors[index]) {
+                    if error.is_finite() && time - begin <= horizon_s {
                         sum += error * error;
                         count += 1;
                     }
