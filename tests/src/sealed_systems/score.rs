@@ -2,7 +2,7 @@
 
 use super::laws::{Law, grammar_laws, library_laws, unlisted_laws};
 use super::plants::{PLANTS, Plant};
-use super::simulate::draw;
+use super::simulate::{GeneratedSet, draw};
 use crate::discover_command::discover_in;
 use serde_json::Value;
 use std::fmt;
@@ -109,7 +109,7 @@ pub fn run(
             on_row(&Row { line, right: false });
             continue;
         };
-        on_row(&score(kind, plant, &truth, &set.amounts, &found, seed, &mut summary));
+        on_row(&score(kind, plant, &truth, &set, &found, &mut summary));
     }
     Ok(summary)
 }
@@ -168,9 +168,8 @@ fn score(
     kind: Kind,
     plant: &Plant,
     truth: &[(Law, f64)],
-    amounts: &[f64],
+    set: &GeneratedSet,
     found: &Value,
-    seed: u64,
     summary: &mut Summary,
 ) -> Row {
     let kinds = |list: &Value| -> Vec<String> {
@@ -200,7 +199,7 @@ fn score(
         let amount = effects[0]["parameters"].as_object().into_iter().flatten().next();
         if let Some(ci) = amount.and_then(|(_, e)| e["ci95"].as_array())
             && let (Some(low), Some(high)) = (ci[0].as_f64(), ci[1].as_f64())
-            && let Some(value) = super::simulate::coefficient(plant, &truth[0].0, amounts[0], seed)
+            && let Some(value) = super::simulate::coefficient(plant, &truth[0].0, set.amounts[0], set.seed)
         {
             interval = format!(", coefficient {value:.4e} in [{low:.4e}, {high:.4e}]");
             summary.covered.1 += 1;
@@ -215,7 +214,8 @@ fn score(
     let names =
         truth.iter().map(|(law, share)| format!("{} {share}", law.name)).collect::<Vec<_>>().join(" + ");
     let line = format!(
-        "{seed} {}: [{names}] -> {verdict} [{}], also {alternatives:?}{interval}",
+        "{} {}: [{names}] -> {verdict} [{}], also {alternatives:?}{interval}",
+        set.seed,
         plant.name,
         named.join(" + ")
     );

@@ -19,12 +19,27 @@ pub struct GeneratedSet {
     pub csv: String,
     /// True coefficient of each effect, in the unit of the rate to which it is added.
     pub amounts: Vec<f64>,
+    /// Seed with which it was drawn.
+    pub seed: u64,
 }
+
+/// Added to the seed of a set whose plant diverges, to draw the set again.
+const NEXT_DRAW: u64 = 1_000_000_000;
 
 /// Generates a data set of `plant` with the effects `laws`.
 ///
-/// Each effect comes with its size relative to the RMS of the equation's rate.
+/// Each effect comes with its size relative to the RMS of the equation's rate. A set in which a state is not finite is drawn
+/// again with another seed.
+///
+/// # Panics
+/// If each of ten draws diverges.
 pub fn draw(plant: &Plant, laws: &[(Law, f64)], seed: u64) -> GeneratedSet {
+    let draws = (0..10).map(|repeat| draw_once(plant, laws, seed + repeat * NEXT_DRAW));
+    draws.flatten().next().unwrap_or_else(|| panic!("{} diverges with seed {seed}", plant.name))
+}
+
+/// Generates a data set; `None` if a state diverges.
+fn draw_once(plant: &Plant, laws: &[(Law, f64)], seed: u64) -> Option<GeneratedSet> {
     let starts = starts(plant, seed);
     let Sizes { undisturbed, rate, x, v } = Sizes::measure(plant, &starts);
     let (equation, law_state) = plant.law_equation;
@@ -59,6 +74,9 @@ pub fn draw(plant: &Plant, laws: &[(Law, f64)], seed: u64) -> GeneratedSet {
     let mut csv = format!("trajectory,t_s,{}\n", plant.header);
     for (j, start) in starts.iter().enumerate() {
         let run = run(plant, &start.0, &start.1, &term);
+        if run.states.iter().flatten().any(|value| !value.is_finite()) {
+            return None;
+        }
         for (k, state) in run.states.iter().enumerate() {
             // Writing to a string cannot fail.
             let _ = write!(csv, "{j},{:.6}", k as f64 * plant.size.2);
@@ -71,7 +89,7 @@ pub fn draw(plant: &Plant, laws: &[(Law, f64)], seed: u64) -> GeneratedSet {
             csv.push('\n');
         }
     }
-    GeneratedSet { csv, amounts }
+    Some(GeneratedSet { csv, amounts, seed })
 }
 
 /// Converts a true coefficient `amount` of a library effect to the convention of the effect's kind.
