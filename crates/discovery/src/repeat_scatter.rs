@@ -68,6 +68,11 @@ impl Repeats {
         self.sets.is_empty()
     }
 
+    /// Indices of the recordings of each set with the same inputs.
+    pub fn sets(&self) -> impl Iterator<Item = &Vec<usize>> {
+        self.sets.iter()
+    }
+
     /// Measures the scatter of a model's errors between repeats. `errors` is `[recording][output][sample]`, NaN where there
     /// is none; `outputs` has the names and units of the outputs. Outputs without errors have no scatter.
     pub fn scatter(&self, errors: &[Vec<Vec<f64>>], outputs: &[(String, String)]) -> Vec<RepeatScatter> {

@@ -281,6 +281,7 @@ fn leads(parts: &AnswerParts<'_>) -> Vec<Lead> {
             Shortcoming::NotSignificant => "not significant among this many candidates",
             Shortcoming::NotStable => "selected in fewer than 90 % of the resamples of the data",
             Shortcoming::StandsForMemory => "not significant beside a dependence on the past",
+            Shortcoming::WithinScatter => "within the scatter between recordings with the same inputs",
             Shortcoming::DoesNotPay => "its gain in predictions of left-out blocks is below its penalty",
         }
         .into(),

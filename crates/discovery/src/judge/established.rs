@@ -2,6 +2,7 @@
 
 use super::bootstrap::{FalsePositives, Resamples, false_positive_rate, resamples};
 use super::memory::{exchange_memory, stand_in};
+use super::repeats::within_scatter;
 use crate::addition::{Addition, labels};
 use crate::columns::LinearProblem;
 use crate::score::Scored;
@@ -27,6 +28,8 @@ pub(crate) enum Shortcoming {
     DoesNotPay,
     /// The finding is not significant beside an effect that depends on the past.
     StandsForMemory,
+    /// The finding does not stand out of the scatter between repeats.
+    WithinScatter,
 }
 
 /// A finding that is not established, with the reason.
@@ -83,12 +86,12 @@ pub(crate) fn judge_findings(
     let problem = LinearProblem::new(&sample, &search.view.blocks, &best, &search.library);
     let mut named = named_set(search, found);
     let resampled = resamples(found, seed);
-    let mut stand_ins: Vec<Addition> = Vec::new();
-    // A finding that is selected in too few resamples, or else stands in for a dependence on the past, is dropped, and the
-    // remaining set is judged again.
+    let mut dropped_for: Vec<(Addition, Shortcoming)> = Vec::new();
+    // A finding that is selected in too few resamples, or else stands in for a dependence on the past, or else is within the
+    // scatter between repeats, is dropped, and the remaining set is judged again.
     let (alternatives, inclusion) = loop {
         let alternatives = alternatives(search, found, named);
-        let set = &found.sets[named];
+        let set = found.sets[named].clone();
         let inclusion: Vec<f64> = set
             .additions()
             .iter()
@@ -96,21 +99,23 @@ pub(crate) fn judge_findings(
             .collect();
         let least = inclusion.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
         let unstable = least.filter(|(_, share)| **share < MIN_INCLUSION).map(|(number, _)| number);
-        let dropped = unstable.or_else(|| {
-            let number = stand_in(search, found, named)?;
-            stand_ins.push(set.additions()[number].clone());
-            Some(number)
-        });
-        let Some(number) = dropped else { break (alternatives, inclusion) };
-        let (set, remaining) = (set.clone(), crate::search::without(set.additions(), number));
+        let because = |short: Shortcoming| move |number: usize| (number, short);
+        let dropped = unstable
+            .map(because(Shortcoming::NotStable))
+            .or_else(|| stand_in(search, found, named).map(because(Shortcoming::StandsForMemory)))
+            .or_else(|| within_scatter(search, found, named).map(because(Shortcoming::WithinScatter)));
+        let Some((number, short)) = dropped else { break (alternatives, inclusion) };
+        dropped_for.push((set.additions()[number].clone(), short));
+        let remaining = crate::search::without(set.additions(), number);
         named = found.index_or_fit(search, &set, &remaining);
         named = found.drop_insignificant(search, named);
     };
     let p_values = found.p_values(&found.sets[named]);
     let q_values = q_values(&problem, found, named, &p_values, search.candidates);
     let mut leads = leads(found, named, &resampled, &alternatives);
-    for lead in leads.iter_mut().filter(|lead| stand_ins.contains(&lead.addition)) {
-        lead.short = Shortcoming::StandsForMemory;
+    for lead in &mut leads {
+        let of_lead = dropped_for.iter().find(|(addition, _)| *addition == lead.addition);
+        lead.short = of_lead.map_or(lead.short, |(_, short)| *short);
     }
     let false_positives = false_positive_rate(search, &problem, null_runs, seed);
     Findings { named, p_values, q_values, inclusion, alternatives, leads, false_positives }

@@ -4,6 +4,7 @@
 mod bootstrap;
 mod established;
 mod memory;
+mod repeats;
 mod residual_tests;
 mod verdict;
 

@@ -14,7 +14,7 @@ use augsim_system::NORMAL_95;
 use std::cell::LazyCell;
 
 /// Probability that a 95 % interval does not contain the true value.
-const OUTSIDE_95: f64 = 0.05;
+pub(crate) const OUTSIDE_95: f64 = 0.05;
 
 /// A fitted set of additions with the information of each block, from which its scores are computed.
 #[derive(Clone, Debug)]
