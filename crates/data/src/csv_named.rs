@@ -32,6 +32,8 @@ pub struct NamedCsv {
     path: PathBuf,
     /// Opened files, at least one; those of a folder are sorted by name.
     files: Vec<NamedFile>,
+    /// Whether each trajectory is a group of its own.
+    is_each_a_group: bool,
 }
 
 /// One CSV file of a [`NamedCsv`], with its header read.
@@ -69,10 +71,14 @@ impl NamedCsv {
     /// The errors of [`open`](Self::open); or there is no such column or unit.
     pub fn open_with_time(path: &Path, time: Option<&str>) -> Result<Self, DataError> {
         if !path.is_dir() {
-            return Ok(Self { path: path.to_owned(), files: vec![open_file(path, None, time)?] });
+            return Ok(Self {
+                path: path.to_owned(),
+                files: vec![open_file(path, None, time)?],
+                is_each_a_group: false,
+            });
         }
         let files = files_in(path)?.into_iter().map(|file| open_file(&file, Some(stem(&file)), time));
-        Ok(Self { path: path.to_owned(), files: files.collect::<Result<_, _>>()? })
+        Ok(Self { path: path.to_owned(), files: files.collect::<Result<_, _>>()?, is_each_a_group: false })
     }
 
     /// Opens several files or folders as one set of recordings, each with the name of its file.
@@ -87,7 +93,7 @@ impl NamedCsv {
                 files.push(open_file(&file, Some(stem(&file)), time)?);
             }
         }
-        Ok(Self { path: paths.first().cloned().unwrap_or_default(), files })
+        Ok(Self { path: paths.first().cloned().unwrap_or_default(), files, is_each_a_group: false })
     }
 
     /// Opens a CSV text in memory; `name` stands for the file name in messages.
@@ -97,14 +103,19 @@ impl NamedCsv {
     pub fn from_csv(name: &str, csv: Vec<u8>) -> Result<Self, DataError> {
         let path = Path::new(name);
         let file = NamedFile::of_long_form(CsvSource::from_bytes(path, csv)?, None);
-        Ok(Self { path: path.to_owned(), files: vec![file] })
+        Ok(Self { path: path.to_owned(), files: vec![file], is_each_a_group: false })
     }
 
-    /// Takes the groups of the trajectories from the column `column`, whose labels are text or numbers.
+    /// Takes the groups of the trajectories from the column `column`, whose labels are text or numbers. With the column
+    /// `trajectory` each trajectory is a group of its own, also where each file is one.
     ///
     /// # Errors
     /// A file has no such column.
     pub fn with_groups(mut self, column: &str) -> Result<Self, DataError> {
+        if column == TRAJECTORY {
+            self.is_each_a_group = true;
+            return Ok(self);
+        }
         for file in &mut self.files {
             file.source.use_column_as(column, GROUP, GROUP_LAYOUT)?;
         }
@@ -168,6 +179,10 @@ impl NamedCsv {
         let mut trajectories = Vec::new();
         for file in self.files {
             trajectories.extend(file.read(clock, wanted)?);
+        }
+        if self.is_each_a_group {
+            trajectories =
+                trajectories.into_iter().map(Trajectory::in_own_group).collect::<Result<_, _>>()?;
         }
         Ok(Dataset::with_origin(columns, trajectories, Source::File(self.path))?.with_notes(notes))
     }

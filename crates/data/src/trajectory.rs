@@ -67,6 +67,15 @@ impl Trajectory {
         Ok(self)
     }
 
+    /// Makes the trajectory a group of its own, labelled by its identifier.
+    ///
+    /// # Errors
+    /// The errors of [`with_group`](Self::with_group).
+    pub fn in_own_group(self) -> Result<Self, DataError> {
+        let group = self.id.clone();
+        self.with_group(group)
+    }
+
     /// Copy of the trajectory with other samples and the same identifier and group.
     ///
     /// # Errors

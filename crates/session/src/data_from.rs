@@ -2,8 +2,8 @@
 
 use crate::provenance::{fingerprint, fingerprint_of_bytes};
 use augsim_data::{
-    DataError, Dataset, MissingCells, NamedCsv, RecognitionOptions, Trajectory, digits, read_csv_bytes,
-    read_dataset, recognise,
+    DataError, Dataset, MissingCells, NamedCsv, RecognitionOptions, TRAJECTORY, Trajectory, digits,
+    read_csv_bytes, read_dataset, recognise,
 };
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -137,14 +137,15 @@ impl DataFrom {
             }
             DataFrom::Grouped { data, column } => {
                 let read = data.read(missing)?;
-                let index = read.column_index(column)?;
-                let label = |t: &Trajectory| {
+                let index = if column == TRAJECTORY { None } else { Some(read.column_index(column)?) };
+                let labelled = |t: &Trajectory| {
+                    let Some(index) = index else { return t.clone().in_own_group() };
                     let label = t.column(index).first().map_or_else(String::new, |v| digits(*v));
                     t.clone().with_group(label)
                 };
-                let labelled: Result<Vec<Trajectory>, DataError> =
-                    read.trajectories().iter().map(label).collect();
-                read.with_trajectories(labelled?)
+                let trajectories: Result<Vec<Trajectory>, DataError> =
+                    read.trajectories().iter().map(labelled).collect();
+                read.with_trajectories(trajectories?)
             }
             DataFrom::Table { name, csv } => read_csv_bytes(name, csv.to_vec(), missing),
         }

@@ -67,8 +67,8 @@ pub struct TimeColumn {
     /// its numbers show.
     #[arg(long, value_name = "COLUMN[:UNIT]")]
     pub time: Option<String>,
-    /// Column that holds the group of each trajectory, such as the unit that was recorded. By default the
-    /// column `group`, if there is one.
+    /// Column that holds the group of each trajectory, such as the unit that was recorded; `trajectory` makes each
+    /// trajectory a group of its own. By default the column `group`, if there is one.
     #[arg(long, value_name = "COLUMN")]
     pub group_by: Option<String>,
 }

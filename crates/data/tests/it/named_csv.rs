@@ -43,6 +43,26 @@ fn a_single_file_is_one_trajectory() {
 }
 
 #[test]
+fn each_trajectory_can_be_a_group_of_its_own() {
+    let folder_of_files = folder(&[
+        ("swing.csv", "t_s,x_m\n0,2\n0.5,2.5\n"),
+        ("more.csv", "trajectory,group,t_s,x_m\na,day,0,3\na,day,1,3.5\nb,day,0,4\nb,day,1,4.5\n"),
+    ]);
+    let read = |path: &Path| {
+        let metre = Unit::parse("m").expect("a unit");
+        NamedCsv::open(path)?.with_groups("trajectory")?.read(&[("x_m", metre)])
+    };
+    let groups = |data: &Dataset| -> Vec<Option<String>> {
+        data.trajectories().iter().map(|t| t.group().map(str::to_owned)).collect()
+    };
+    let label = |label: &str| Some(label.to_owned());
+    let all = read(folder_of_files.path()).expect("a data set");
+    assert_eq!(groups(&all), ["more/a", "more/b", "swing"].map(label));
+    let one_file = read(&folder_of_files.path().join("more.csv")).expect("a data set");
+    assert_eq!(groups(&one_file), ["a", "b"].map(label));
+}
+
+#[test]
 fn the_error_names_the_file_of_a_folder_that_lacks_a_column() {
     let folder_of_files =
         folder(&[("a.csv", "t_s,x_m\n0,2\n0.5,2.5\n"), ("b.csv", "t_s,y_m\n0,2\n0.5,2.5\n")]);
