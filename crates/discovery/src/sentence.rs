@@ -110,9 +110,11 @@ pub(crate) fn sentence(
         small => format!(" Smaller effects: {}.", list(small)),
     };
     let [before, after, floor] = rows.map(|error| format_error(error, decimals));
+    let [low, high] = error.noise_floor.ci95.map(|bound| format_error(scale * bound, decimals));
+    let floor = if low == high { floor } else { format!("{low} to {high}") };
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
     let gain = format!(
-        "error on held-out {}{}: {before}{unit} for the calibrated model, {after}{unit} for the augmented model, estimated noise floor {floor}{unit}",
+        "error on held-out {}{}: {before}{unit} for the calibrated model, {after}{unit} for the augmented model, noise floor estimated at {floor}{unit}",
         schema.record[1],
         if error.measure.is_empty() { String::new() } else { format!(" (`{}`)", error.measure) }
     );

@@ -14,7 +14,9 @@ pub(super) fn key_figures(d: &Discovery) -> Vec<KeyFigure> {
         label: label.to_owned(),
         note,
     };
-    let floor = format!("estimated noise floor {}\u{202f}{unit}", significant(scale * e.noise_floor.rmse, 3));
+    let bounds = e.noise_floor.ci95.map(|bound| significant(scale * bound, 3));
+    let floor = if bounds[0] == bounds[1] { bounds[0].clone() } else { bounds.join(" to ") };
+    let floor = format!("noise floor estimated at {floor}\u{202f}{unit}");
     let after_label =
         if d.effects.is_empty() { "error after calibration" } else { "error with the effects added" };
     let after = if d.has_additions() { e.augmented } else { e.calibrated };
