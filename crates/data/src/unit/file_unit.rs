@@ -29,18 +29,32 @@ const AMBIGUOUS_ENDINGS: [&str; 28] = [
 /// Number of steps per kelvin to which a converted temperature is rounded; no thermometer is as fine.
 const TEMPERATURE_STEPS_PER_KELVIN: f64 = 1e9;
 
+/// Number of significant digits of a decimal number that survive its conversion to a binary number and back.
+const SAFE_DIGITS: usize = 15;
+
 /// Computes `factor * value + offset` without the digits that binary rounding adds to decimal numbers.
 ///
-/// 245.53 mm times the binary number next to 0.001 is 0.24553000000000003 m. A division by 1000, which is exact, rounds
-/// once: the result is the binary number next to 0.24553. A temperature is rounded because 273.15 is no binary number
-/// either.
+/// 245.53 mm times the binary number next to 0.001 is 0.24553000000000003 m, and 1.1 h times 3600 is 3960.0000000000005 s. If the
+/// factor or its inverse is a whole number, the result is rounded to the digits that a binary number has for sure. A
+/// temperature is rounded because 273.15 is no binary number either.
 pub(crate) fn to_si(value: f64, factor: f64, offset: f64) -> f64 {
     let divisor = (1.0 / factor).round();
-    let scaled = if divisor > 1.0 && 1.0 / divisor == factor { value / divisor } else { value * factor };
+    let is_divided = divisor > 1.0 && 1.0 / divisor == factor;
+    let scaled = match (is_divided, factor != 1.0 && factor.fract() == 0.0) {
+        (true, _) => to_safe_digits(value / divisor),
+        (false, true) => to_safe_digits(value * factor),
+        (false, false) => value * factor,
+    };
     if offset == 0.0 {
         return scaled;
     }
     ((scaled + offset) * TEMPERATURE_STEPS_PER_KELVIN).round() / TEMPERATURE_STEPS_PER_KELVIN
+}
+
+/// The binary number next to `value` rounded to [`SAFE_DIGITS`] decimal digits.
+fn to_safe_digits(value: f64) -> f64 {
+    let digits = SAFE_DIGITS - 1;
+    format!("{value:.digits$e}").parse().unwrap_or(value)
 }
 
 impl FileUnit {
@@ -331,6 +345,9 @@ mod tests {
             (0.3, 1e3, 0.0, 300.0),
             (41.0, 1e-6, 0.0, 41e-6),
             (17.1, 1e-2, 0.0, 0.171),
+            (24.554, 1e-2, 0.0, 0.24554),
+            (1.1, 3600.0, 0.0, 3960.0),
+            (-7.3, 60.0, 0.0, -438.0),
         ] {
             assert_eq!(to_si(value, factor, offset), expected, "{value} {factor} {offset}");
         }
