@@ -21,6 +21,8 @@ const MIN_WINDOW_SAMPLES: f64 = 10.0;
 const HOLD_WINDOW_DOUBLINGS: i32 = 4;
 /// Maximum number of fits of a model, each with finer integration steps than the one before.
 const MAX_STEP_ROUNDS: usize = 4;
+/// Reason that is reported if the time limit passed before a fit could be repeated with the finer steps that it needs.
+const TIME_WITHOUT_FINER_STEPS: &str = "the time limit was reached before the fit was repeated with finer integration steps, so its values can be off";
 /// Relative difference of residual norms above which a better-fitting input interpolation is reported.
 pub const MIN_REPORTED_DIFFERENCE: f64 = 0.05;
 
@@ -159,7 +161,8 @@ fn is_past(until: Option<Instant>) -> bool {
 /// Also returns the integration steps per sample interval.
 ///
 /// Steps are chosen at the declared values. If the calibrated values need finer steps or another method, the fit is
-/// repeated with them, so that the result does not depend on the step. `doublings` bounds the length of the windows.
+/// repeated with them, so that the result does not depend on the step, unless the deadline `until` has passed. `doublings`
+/// bounds the length of the windows.
 ///
 /// # Errors
 /// The model cannot be simulated, or the calibrated values need finer steps after each of [`MAX_STEP_ROUNDS`] fits.
@@ -181,7 +184,11 @@ fn with_hold(
             return Ok((calibration, used.substeps));
         }
         if is_past(until) {
-            return Err(OutOfTime { calibrated: None }.into());
+            // The best so far, which the report says to be unfinished.
+            return Ok((
+                Calibration { stopped: Some(TIME_WITHOUT_FINER_STEPS), ..calibration },
+                used.substeps,
+            ));
         }
         tuned = tuned.with_options(needed.clone());
     }
