@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pandas
 import pytest
 
 import augsim
@@ -60,6 +61,15 @@ def test_parameters_and_text_go_there_and_back(ball):
     assert (e.value, e.min, e.max, e.frozen, e.ci95) == (0.5, 0.0, 1.0, False, None)
     assert augsim.Model(ball.to_toml()).parameters == ball.parameters
     assert "restitution = 0.5" in repr(ball)
+
+
+def test_a_column_of_text_is_not_used(root):
+    folder = root / "fixtures/systems/pendulum"
+    model = augsim.Model(folder / "model.toml")
+    swings = pandas.read_csv(folder / "swings.csv")
+    modes = ["free", None] * (len(swings) // 2) + ["free"] * (len(swings) % 2)
+    fitted = model.fit(swings.assign(mode=modes))
+    assert fitted.model.parameters == model.fit(swings).model.parameters
 
 
 def test_a_system_of_equations_is_fitted_as_by_the_command_line(root, augsim_command, tmp_path):

@@ -79,6 +79,9 @@ def _column(name: str, cells: Any) -> list[str] | np.ndarray:
         raise DataError(f"the table's column `{name}`: an array of {shape} values; give one value a row")
     if name in LABELS:
         return [_label(name, row, value) for row, value in enumerate(values.tolist())]
+    if values.dtype.kind in "UT" or values.dtype.kind == "O" and any(isinstance(value, str) for value in values):
+        # Text, such as a mode of operation. What needs numbers says so.
+        return ["" if _is_missing(value) or value != value else str(value) for value in values.tolist()]
     if values.dtype.kind == "m":
         # Time differences are read in seconds.
         values = np.where(np.isnat(values), np.nan, values / np.timedelta64(1, "s"))
