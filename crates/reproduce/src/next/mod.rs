@@ -44,6 +44,8 @@ struct PoolRow {
     /// Median over the orders of the errors of the best explanation in multiples of its noise.
     error_ratio: f64,
     orders: Vec<Order>,
+    /// Why other orders have no result.
+    failed: Vec<String>,
 }
 
 /// Runs `reproduce next`.
@@ -71,7 +73,7 @@ pub fn run(args: &Reproduce, seed: u64, force: bool, output: &Output) -> anyhow:
     let mut rows = Vec::new();
     for pool in &pools {
         output.note(format!("{}: {} runs, {} orders", pool.name, pool.runs.len(), settings.orders));
-        rows.push(replayed(pool, settings)?);
+        rows.push(replayed(pool, settings, output)?);
     }
     let result = ResultFile {
         schema: "augsim.reproduce/1",
@@ -99,11 +101,24 @@ fn known_pools(data: &Path, output: &Output) -> anyhow::Result<Vec<Pool>> {
     there.iter().map(|known| known.read(data)).collect()
 }
 
-fn replayed(pool: &Pool, settings: Settings) -> anyhow::Result<PoolRow> {
-    let orders: Vec<Order> = (0..settings.orders as u64)
-        .into_par_iter()
-        .map(|order| replay(pool, settings, order))
-        .collect::<anyhow::Result<_>>()?;
+/// Replays a pool in all orders. Orders that cannot be replayed are told.
+///
+/// # Errors
+/// That of the first order, if none can be replayed.
+fn replayed(pool: &Pool, settings: Settings, output: &Output) -> anyhow::Result<PoolRow> {
+    let all: Vec<anyhow::Result<Order>> =
+        (0..settings.orders as u64).into_par_iter().map(|order| replay(pool, settings, order)).collect();
+    let mut failed = Vec::new();
+    for (number, order) in all.iter().enumerate() {
+        if let Err(error) = order {
+            failed.push(format!("order {}: {error:#}", number + 1));
+        }
+    }
+    if failed.len() == all.len() {
+        return Err(all.into_iter().find_map(Result::err).unwrap_or_else(|| anyhow::anyhow!("no orders")));
+    }
+    failed.iter().for_each(|why| output.note(format!("{}, {why}", pool.name)));
+    let orders: Vec<Order> = all.into_iter().flatten().collect();
     let mut verdicts: BTreeMap<String, usize> = BTreeMap::new();
     for order in &orders {
         let left = if order.left.is_empty() { "none".to_owned() } else { order.left.join(", ") };
@@ -124,6 +139,7 @@ fn replayed(pool: &Pool, settings: Settings) -> anyhow::Result<PoolRow> {
         random: runs(|order| order.random),
         error_ratio: median(&mut orders.iter().map(|o| o.error_ratio).collect::<Vec<f64>>()),
         orders,
+        failed,
     })
 }
 
