@@ -154,7 +154,7 @@ fn candidates(parts: &AnswerParts<'_>) -> Vec<Candidate> {
             }
         }
         out.push(Candidate {
-            kinds: kinds(set.additions()),
+            kinds: labels(set.additions()),
             parameters,
             gain,
             penalty,

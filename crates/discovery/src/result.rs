@@ -148,7 +148,7 @@ pub struct Unexplained {
 /// A candidate set of effects and its scores.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Candidate {
-    /// Names of the effects in the set.
+    /// Names of the effects in the set; that of a random effect also says for what its values are drawn.
     pub kinds: Vec<String>,
     /// Parameter estimates by `kind.name`; for a set that was not fitted, the one-step estimates.
     pub parameters: BTreeMap<String, Estimate>,

@@ -15,6 +15,7 @@ pub struct Difference {
 
 impl fmt::Display for Difference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} is {} there and {} here", self.key, self.there, self.here)
+        let shown = |value: &str| if value.is_empty() { "not given".to_owned() } else { value.to_owned() };
+        write!(f, "{} is {} there and {} here", self.key, shown(&self.there), shown(&self.here))
     }
 }
