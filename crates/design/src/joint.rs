@@ -175,9 +175,17 @@ impl Joint {
         newton(&information, self.weight, &gradient)
     }
 
-    /// The recordings linearised at a share of a step; `None` if the density is not larger there.
+    /// The recordings linearised at a share of a step; `None` if the density is not larger there, or the linearisation is of no
+    /// use.
     fn moved(&self, step: &[f64], share: f64) -> Option<Self> {
-        self.at(step, share).filter(|there| there.cost < self.cost)
+        self.at(step, share).filter(|there| there.cost < self.cost && there.has_informations())
+    }
+
+    /// Whether the informations of the recordings are positive definite with the prior. They are not where the sensitivities
+    /// exceed the precision of their products, as in unstable motions.
+    fn has_informations(&self) -> bool {
+        let informations = [&self.sums.information, &self.sums.later_information];
+        informations.into_iter().all(|information| inverse(information, self.weight).is_some())
     }
 
     /// The recordings linearised at a share of a step; `None` if they cannot be simulated there.
