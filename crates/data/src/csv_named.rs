@@ -71,14 +71,10 @@ impl NamedCsv {
     /// The errors of [`open`](Self::open); or there is no such column or unit.
     pub fn open_with_time(path: &Path, time: Option<&str>) -> Result<Self, DataError> {
         if !path.is_dir() {
-            return Ok(Self {
-                path: path.to_owned(),
-                files: vec![open_file(path, None, time)?],
-                is_each_a_group: false,
-            });
+            return Ok(Self::of_files(path, vec![open_file(path, None, time)?]));
         }
         let files = files_in(path)?.into_iter().map(|file| open_file(&file, Some(stem(&file)), time));
-        Ok(Self { path: path.to_owned(), files: files.collect::<Result<_, _>>()?, is_each_a_group: false })
+        Ok(Self::of_files(path, files.collect::<Result<_, _>>()?))
     }
 
     /// Opens several files or folders as one set of recordings, each with the name of its file.
@@ -93,7 +89,7 @@ impl NamedCsv {
                 files.push(open_file(&file, Some(stem(&file)), time)?);
             }
         }
-        Ok(Self { path: paths.first().cloned().unwrap_or_default(), files, is_each_a_group: false })
+        Ok(Self::of_files(paths.first().map_or(Path::new(""), PathBuf::as_path), files))
     }
 
     /// Opens a CSV text in memory; `name` stands for the file name in messages.
@@ -103,7 +99,11 @@ impl NamedCsv {
     pub fn from_csv(name: &str, csv: Vec<u8>) -> Result<Self, DataError> {
         let path = Path::new(name);
         let file = NamedFile::of_long_form(CsvSource::from_bytes(path, csv)?, None);
-        Ok(Self { path: path.to_owned(), files: vec![file], is_each_a_group: false })
+        Ok(Self::of_files(path, vec![file]))
+    }
+
+    fn of_files(path: &Path, files: Vec<NamedFile>) -> Self {
+        Self { path: path.to_owned(), files, is_each_a_group: false }
     }
 
     /// Takes the groups of the trajectories from the column `column`, whose labels are text or numbers. With the column

@@ -177,6 +177,14 @@ pub struct Rmse {
     pub ci95: [f64; 2],
 }
 
+impl Rmse {
+    /// The interval as text, each bound as `shown` writes it; a single value if both are written alike.
+    pub fn interval_text(&self, shown: impl Fn(f64) -> String) -> String {
+        let [low, high] = self.ci95.map(shown);
+        if low == high { low } else { format!("{low} to {high}") }
+    }
+}
+
 /// Prediction errors of the models on held-out trajectories, in one measure.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ErrorTable {

@@ -109,9 +109,8 @@ pub(crate) fn sentence(
         [] => String::new(),
         small => format!(" Smaller effects: {}.", list(small)),
     };
-    let [before, after, floor] = rows.map(|error| format_error(error, decimals));
-    let [low, high] = error.noise_floor.ci95.map(|bound| format_error(scale * bound, decimals));
-    let floor = if low == high { floor } else { format!("{low} to {high}") };
+    let [before, after, _] = rows.map(|error| format_error(error, decimals));
+    let floor = error.noise_floor.interval_text(|bound| format_error(scale * bound, decimals));
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
     let gain = format!(
         "error on held-out {}{}: {before}{unit} for the calibrated model, {after}{unit} for the augmented model, noise floor estimated at {floor}{unit}",

@@ -109,7 +109,10 @@ pub fn run(
             on_row(&Row { line, right: false });
             continue;
         };
-        on_row(&score(kind, plant, &truth, &set, &found, &mut summary));
+        let mut row = score(kind, plant, &truth, &set, &found, &mut summary);
+        // The seed that repeats the set, also where it was drawn again with another.
+        row.line.insert_str(0, &format!("{seed} "));
+        on_row(&row);
     }
     Ok(summary)
 }
@@ -214,8 +217,7 @@ fn score(
     let names =
         truth.iter().map(|(law, share)| format!("{} {share}", law.name)).collect::<Vec<_>>().join(" + ");
     let line = format!(
-        "{} {}: [{names}] -> {verdict} [{}], also {alternatives:?}{interval}",
-        set.seed,
+        "{}: [{names}] -> {verdict} [{}], also {alternatives:?}{interval}",
         plant.name,
         named.join(" + ")
     );

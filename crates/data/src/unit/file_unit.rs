@@ -40,11 +40,9 @@ const SAFE_DIGITS: usize = 15;
 pub(crate) fn to_si(value: f64, factor: f64, offset: f64) -> f64 {
     let divisor = (1.0 / factor).round();
     let is_divided = divisor > 1.0 && 1.0 / divisor == factor;
-    let scaled = match (is_divided, factor != 1.0 && factor.fract() == 0.0) {
-        (true, _) => to_safe_digits(value / divisor),
-        (false, true) => to_safe_digits(value * factor),
-        (false, false) => value * factor,
-    };
+    let is_whole = factor != 1.0 && factor.fract() == 0.0;
+    let scaled = if is_divided { value / divisor } else { value * factor };
+    let scaled = if is_divided || is_whole { to_safe_digits(scaled) } else { scaled };
     if offset == 0.0 {
         return scaled;
     }

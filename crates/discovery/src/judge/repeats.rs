@@ -30,11 +30,14 @@ const SHARE_IN_REPEATS: f64 = 0.5;
 /// Number of the addition of a set that stands out least of the scatter between repeats; `None` if all stand out, or nothing
 /// is repeated.
 pub(super) fn within_scatter(search: &Search<'_>, found: &mut SearchResult, named: usize) -> Option<usize> {
-    let sample = search.sample();
-    let recordings = recordings(&sample);
-    let repeats = Repeats::find(&recordings.iter().map(|(whole, _)| whole.clone()).collect::<Vec<_>>());
     let set = found.sets[named].clone();
-    if repeats.is_empty() || set.additions().is_empty() {
+    if set.additions().is_empty() {
+        return None;
+    }
+    let sample = search.sample();
+    let (recordings, records_of) = recordings(&sample);
+    let repeats = Repeats::find(&recordings);
+    if repeats.is_empty() {
         return None;
     }
     let with_all = record_residuals(&sample, &set.fit);
@@ -46,10 +49,8 @@ pub(super) fn within_scatter(search: &Search<'_>, found: &mut SearchResult, name
         }
         let less = found.index_or_fit(search, &set, &without(set.additions(), number));
         let without_it = record_residuals(&sample, &found.sets[less].fit);
-        let of_recording = |(_, records): &(SystemRecord, Vec<usize>)| {
-            Change::new(&sample, records, [&without_it, &with_all])
-        };
-        let changes: Vec<Change> = recordings.iter().map(of_recording).collect();
+        let change = |records: &Vec<usize>| Change::new(&sample, records, [&without_it, &with_all]);
+        let changes: Vec<Change> = records_of.iter().map(change).collect();
         let p_value = p_value(&repeats, &changes);
         if p_value > OUTSIDE_95 && worst.is_none_or(|(_, p)| p_value > p) {
             worst = Some((number, p_value));
@@ -130,29 +131,29 @@ fn products(set: &[&Change]) -> Vec<[f64; 2]> {
     sums
 }
 
-/// Recordings of a sample, each with the numbers of the records that were cut from it. They share its inputs.
-fn recordings(sample: &ChosenRecords<'_>) -> Vec<(SystemRecord, Vec<usize>)> {
-    let mut out: Vec<(SystemRecord, Vec<usize>)> = Vec::new();
+/// Recordings of a sample, and for each the numbers of the records that were cut from it. These share its inputs.
+fn recordings(sample: &ChosenRecords<'_>) -> (Vec<SystemRecord>, Vec<Vec<usize>>) {
+    let (mut recordings, mut records_of) = (Vec::<SystemRecord>::new(), Vec::<Vec<usize>>::new());
     for (number, record) in sample.records().enumerate() {
         let data = &record.data;
-        match out.iter_mut().find(|(whole, _)| Arc::ptr_eq(&whole.inputs, &data.inputs)) {
-            Some((whole, records)) => {
-                whole.times.extend(&data.times);
-                records.push(number);
+        match recordings.iter().position(|whole| Arc::ptr_eq(&whole.inputs, &data.inputs)) {
+            Some(place) => {
+                recordings[place].times.extend(&data.times);
+                records_of[place].push(number);
             }
             None => {
-                let whole = SystemRecord {
+                recordings.push(SystemRecord {
                     group: data.group,
                     times: data.times.clone(),
                     inputs: data.inputs.clone(),
                     covariates: data.covariates.clone(),
                     ..SystemRecord::default()
-                };
-                out.push((whole, vec![number]));
+                });
+                records_of.push(vec![number]);
             }
         }
     }
-    out
+    (recordings, records_of)
 }
 
 #[cfg(test)]

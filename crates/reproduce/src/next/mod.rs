@@ -104,21 +104,19 @@ fn known_pools(data: &Path, output: &Output) -> anyhow::Result<Vec<Pool>> {
 /// Replays a pool in all orders. Orders that cannot be replayed are told.
 ///
 /// # Errors
-/// That of the first order, if none can be replayed.
+/// That of the last order, if none can be replayed.
 fn replayed(pool: &Pool, settings: Settings, output: &Output) -> anyhow::Result<PoolRow> {
     let all: Vec<anyhow::Result<Order>> =
         (0..settings.orders as u64).into_par_iter().map(|order| replay(pool, settings, order)).collect();
-    let mut failed = Vec::new();
-    for (number, order) in all.iter().enumerate() {
-        if let Err(error) = order {
-            failed.push(format!("order {}: {error:#}", number + 1));
+    let (mut orders, mut failed) = (Vec::new(), Vec::new());
+    for (number, order) in (1..).zip(all) {
+        match order {
+            Ok(order) => orders.push(order),
+            Err(error) if orders.is_empty() && number == settings.orders => return Err(error),
+            Err(error) => failed.push(format!("order {number}: {error:#}")),
         }
     }
-    if failed.len() == all.len() {
-        return Err(all.into_iter().find_map(Result::err).unwrap_or_else(|| anyhow::anyhow!("no orders")));
-    }
     failed.iter().for_each(|why| output.note(format!("{}, {why}", pool.name)));
-    let orders: Vec<Order> = all.into_iter().flatten().collect();
     let mut verdicts: BTreeMap<String, usize> = BTreeMap::new();
     for order in &orders {
         let left = if order.left.is_empty() { "none".to_owned() } else { order.left.join(", ") };

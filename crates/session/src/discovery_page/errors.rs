@@ -14,8 +14,7 @@ pub(super) fn key_figures(d: &Discovery) -> Vec<KeyFigure> {
         label: label.to_owned(),
         note,
     };
-    let bounds = e.noise_floor.ci95.map(|bound| significant(scale * bound, 3));
-    let floor = if bounds[0] == bounds[1] { bounds[0].clone() } else { bounds.join(" to ") };
+    let floor = e.noise_floor.interval_text(|bound| significant(scale * bound, 3));
     let floor = format!("noise floor estimated at {floor}\u{202f}{unit}");
     let after_label =
         if d.effects.is_empty() { "error after calibration" } else { "error with the effects added" };
