@@ -13,7 +13,7 @@ const TABLE_KIND: &str = "table";
 pub(crate) struct Listed {
     pub index: usize,
     pub effect: Effect,
-    /// Number of grid points of the effect's shape parameters (widths, thresholds, ...) at which it is tried.
+    /// Number of grid points of the effect's shape parameters (widths, thresholds, periods, ...) at which it is tried.
     pub points: usize,
 }
 
@@ -65,7 +65,8 @@ impl Addition {
     /// The effect with this index in a system's library; `None` if there is none.
     pub fn effect(system: &dyn Augment, index: usize, per: Per) -> Option<Self> {
         let effect = system.library().get(index)?.clone();
-        let points = system.null_points(index).len() + system.scan_points(index).len();
+        let lists = [system.null_points(index), system.scan_points(index), system.cycle_points(index)];
+        let points = lists.iter().map(Vec::len).sum();
         Some(Addition::Effect(Arc::new(Listed { index, effect, points }), per))
     }
 

@@ -119,6 +119,14 @@ pub trait Augment: Simulate {
         Vec::new()
     }
 
+    /// Parameter values at which the periodogram of a periodic effect is computed: its null values at many periods.
+    ///
+    /// The fit of a period converges only from within a fraction of a cycle over the range of the data. Empty for an
+    /// effect without a period.
+    fn cycle_points(&self, _effect: usize) -> Vec<Vec<f64>> {
+        Vec::new()
+    }
+
     /// Whether an effect of the library can be searched for in these records.
     ///
     /// False if the records lack the data that it needs, or if the declared model contains it already.

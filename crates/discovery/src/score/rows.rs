@@ -155,6 +155,20 @@ impl<'a> FitWindows<'a> {
         Self { sample, fit, windows, chosen, lanes }
     }
 
+    /// Every `step`-th window; `fit` contains the nuisances (initial state, record parameters, event offsets) of these alone.
+    pub fn at_every<'b>(&self, step: usize, fit: &'b Fit) -> FitWindows<'b>
+    where
+        'a: 'b,
+    {
+        FitWindows {
+            sample: self.sample,
+            fit,
+            windows: self.windows.iter().step_by(step).copied().collect(),
+            chosen: self.chosen.iter().step_by(step).copied().collect(),
+            lanes: self.lanes.iter().step_by(step).cloned().collect(),
+        }
+    }
+
     /// Simulation points of the windows in `system`. Its parameters from index `first` on have the values
     /// `further`.
     fn points<'s>(&'s self, system: &'s dyn System, first: usize, further: &[f64]) -> Vec<Point<'s>> {
@@ -271,6 +285,36 @@ impl<'a> FitWindows<'a> {
             column.extend(prior_rows);
             column
         })
+    }
+}
+
+impl Rows {
+    /// Number of residuals (measured samples).
+    pub fn samples(&self) -> usize {
+        self.windows.iter().map(|w| w.block_and_channel.len() - w.priors).sum()
+    }
+
+    /// Whether the residuals of a channel, root mean square, exceed the noise by more than the factor `ratio`.
+    pub fn exceed_noise(&self, ratio: f64) -> bool {
+        let mut sums: Vec<(f64, f64)> = Vec::new();
+        for window in &self.windows {
+            let measured = window.block_and_channel.len() - window.priors;
+            let rows = window.values.chunks_exact(self.width).zip(&window.block_and_channel).take(measured);
+            for (row, (_, channel)) in rows {
+                let channel = usize::from(*channel);
+                if sums.len() <= channel {
+                    sums.resize(channel + 1, (0.0, 0.0));
+                }
+                sums[channel].0 += row[self.width - 1].powi(2);
+                sums[channel].1 += 1.0;
+            }
+        }
+        sums.iter().any(|(squares, count)| *squares > ratio * ratio * count)
+    }
+
+    /// Rows of every `step`-th window.
+    pub fn at_every(&self, step: usize) -> Self {
+        Self { width: self.width, windows: self.windows.iter().step_by(step).cloned().collect() }
     }
 }
 

@@ -431,6 +431,10 @@ impl Augment for EquationSystem {
         self.free_points(effect, Candidate::scan_points)
     }
 
+    fn cycle_points(&self, effect: usize) -> Vec<Vec<f64>> {
+        self.free_points(effect, Candidate::cycle_points)
+    }
+
     fn candidate_tables(&self, _records: &[&Record], _events: &[Vec<Event>]) -> Vec<Table> {
         self.tables.to_vec()
     }

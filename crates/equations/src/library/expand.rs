@@ -6,7 +6,7 @@ use super::size::{describe_size, size_unit};
 use super::substitute::substitute;
 use crate::error::{Fault, ModelError, Place as FilePlace};
 use crate::model::{
-    Draft, DraftState, DraftTarget, Force, How, Model, Parameter, Row, RowParameter, Target, dimensions_of,
+    Cycle, Draft, DraftState, DraftTarget, Force, How, Model, Parameter, Row, RowParameter, Target, dimensions_of,
 };
 use augsim_data::{Dimensions, Unit, escaped_short};
 
@@ -76,6 +76,10 @@ pub struct CandidateParameter {
     pub grid: Vec<f64>,
     /// Values of a threshold parameter from which scans start.
     pub scan: Vec<f64>,
+    /// Whether the parameter is a period or a frequency of the effect.
+    pub cycle: Option<Cycle>,
+    /// Periods or frequencies at which a periodogram is computed; empty for any other parameter.
+    pub cycles: Vec<f64>,
     /// Quantity whose size the numbers of this parameter are multiples of; `None` if they are in its unit.
     pub(super) of: Option<String>,
 }
@@ -284,6 +288,8 @@ impl CandidateParameter {
             typical: p.typical,
             grid: p.grid.clone(),
             scan: p.scan.clone(),
+            cycle: p.cycle,
+            cycles: Vec::new(),
             of: p.of.clone(),
         }
     }
@@ -324,6 +330,16 @@ impl Candidate {
             (true, true) => p.grid.clone(),
             (true, false) => vec![p.typical.unwrap_or(p.null)],
         })
+    }
+
+    /// Parameter values at which a periodogram of the residuals is computed; empty for an effect that is not periodic.
+    ///
+    /// The period or frequency takes the values of [`CandidateParameter::cycles`], and all others are at their null values.
+    pub fn cycle_points(&self) -> Vec<Vec<f64>> {
+        if self.copies > 1 || self.parameters.iter().all(|p| p.cycles.is_empty()) {
+            return Vec::new();
+        }
+        self.points(|p| if p.cycles.is_empty() { vec![p.null] } else { p.cycles.clone() })
     }
 
     /// Lists all combinations of the values that `values_of` gives for each parameter.

@@ -2,10 +2,10 @@
 //!
 //! The effect library gives many numbers as multiples of such sizes; here they are converted to units.
 
-use super::expand::Candidate;
+use super::expand::{Candidate, CandidateParameter};
 use super::size::resolve_name;
 use crate::engine::{Options, Window};
-use crate::model::{Force, How, Model, Target};
+use crate::model::{Cycle, Force, How, Model, Target};
 use crate::system::System;
 use crate::text::{Bindings, Symbol, Tree};
 
@@ -17,6 +17,8 @@ const TYPICAL_RATIO: f64 = 0.05;
 const DEFAULT_BOUND_RATIO: f64 = 1e5;
 /// Maximum number of points sampled from the simulations.
 const MAX_POINTS: usize = 2000;
+/// Maximum number of periods or frequencies of a periodic effect, half a cycle apart.
+const MAX_HALF_CYCLES: u32 = 2000;
 
 /// States, inputs and times that occur in simulations of the data, and the sampling of the records.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -171,6 +173,7 @@ impl Scales {
             let names = part_names.get(index % copies).unwrap_or(&names);
             let (offset, factor) = self.size(&of, names, model);
             let value = |x: f64| if x.is_finite() { offset + factor * x } else { x };
+            p.cycles = self.cycles(p).into_iter().map(value).collect();
             (p.min, p.max, p.null) = (value(p.min), value(p.max), value(p.null));
             p.typical = p.typical.map(value);
             p.grid.iter_mut().chain(&mut p.scan).for_each(|x| *x = value(*x));
@@ -202,6 +205,22 @@ impl Scales {
                 p.max = p.null + bound;
             }
         }
+    }
+
+    /// Periods or frequencies of a periodic effect, as multiples of its size: half a cycle apart over that size.
+    ///
+    /// Frequencies in time end at half the sampling rate.
+    fn cycles(&self, p: &CandidateParameter) -> Vec<f64> {
+        let counts = (1..=MAX_HALF_CYCLES).map(|k| 0.5 * f64::from(k));
+        let values: Vec<f64> = match p.cycle {
+            None => return Vec::new(),
+            Some(Cycle::Period) => counts.map(|cycles| 1.0 / cycles).collect(),
+            Some(Cycle::Frequency) => {
+                let highest = 0.5 * self.duration_s / self.step_s;
+                counts.take_while(|cycles| *cycles <= highest).collect()
+            }
+        };
+        values.into_iter().filter(|x| (p.min..=p.max).contains(x)).collect()
     }
 
     /// Offset and factor that convert numbers of a library row, which are multiples of the size `of`, to values.

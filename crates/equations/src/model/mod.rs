@@ -28,7 +28,7 @@ pub use read::{parse, read};
 pub use robot::{Joint, LINEAR_ENDINGS, LinkProperties, Property, RobotModel, plain_name};
 pub use robot_properties::RobotProperties;
 pub(crate) use row::read_all;
-pub use row::{Row, RowParameter};
+pub use row::{Cycle, Row, RowParameter};
 pub use start::FirstSamples;
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -63,6 +63,17 @@ pub struct RowParameter {
     pub grid: Vec<f64>,
     /// Values of a threshold parameter from which scans start.
     pub scan: Vec<f64>,
+    /// Whether the parameter is a period or a frequency of the effect, whose values are searched densely.
+    pub cycle: Option<Cycle>,
+}
+
+/// How a parameter of a periodic effect determines its cycles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cycle {
+    /// The parameter is the length of a cycle.
+    Period,
+    /// The parameter is the number of cycles, or its angle, per unit.
+    Frequency,
 }
 
 /// Keys of a `[[candidate]]` block that are not parameters.
@@ -196,13 +207,23 @@ pub(crate) fn change(item: &Item<'_, '_>) -> Result<(How, String), ModelError> {
     }
 }
 
+impl Cycle {
+    fn read(item: &Item<'_, '_>) -> Result<Self, ModelError> {
+        match item.text("\"period\" or \"frequency\"")? {
+            "period" => Ok(Cycle::Period),
+            "frequency" => Ok(Cycle::Frequency),
+            _ => Err(item.wrong("\"period\" or \"frequency\"")),
+        }
+    }
+}
+
 impl RowParameter {
     fn read(name: &str, item: &Item<'_, '_>) -> Result<Self, ModelError> {
         let number_given = item.maybe_number();
         if number_given.is_none() {
             item.table("a table such as { min = 0.0 } or { of = \"v\", grid = [0.1, 0.3] }")?;
             item.check_keys(&[
-                "of", "unit", "min", "max", "null", "nominal", "typical", "grid", "scan", "frozen",
+                "of", "unit", "min", "max", "null", "nominal", "typical", "grid", "scan", "cycle", "frozen",
             ])?;
         }
         let number = |key| item.entry(key).map(|n| n.number()).transpose();
@@ -233,6 +254,7 @@ impl RowParameter {
             typical: number("typical")?,
             grid,
             scan,
+            cycle: item.entry("cycle").map(|cycle| Cycle::read(&cycle)).transpose()?,
         })
     }
 
