@@ -15,6 +15,8 @@ pub(crate) struct Listed {
     pub effect: Effect,
     /// Number of grid points of the effect's shape parameters (widths, thresholds, periods, ...) at which it is tried.
     pub points: usize,
+    /// Whether the effect has a period.
+    pub is_periodic: bool,
 }
 
 /// A random effect: the parameter of the system's events varies between events or between records.
@@ -67,7 +69,8 @@ impl Addition {
         let effect = system.library().get(index)?.clone();
         let lists = [system.null_points(index), system.scan_points(index), system.cycle_points(index)];
         let points = lists.iter().map(Vec::len).sum();
-        Some(Addition::Effect(Arc::new(Listed { index, effect, points }), per))
+        let is_periodic = !lists[2].is_empty();
+        Some(Addition::Effect(Arc::new(Listed { index, effect, points, is_periodic }), per))
     }
 
     /// The library effect with this name (`kind`), with one value for all records; `None` if there is none.
@@ -202,6 +205,11 @@ impl Addition {
     /// Whether the addition brings states of its own into the system.
     pub fn has_states(&self) -> bool {
         self.listed().is_some_and(|effect| effect.has_states)
+    }
+
+    /// Whether the addition has a period, which is not determined where the effect vanishes.
+    pub fn is_periodic(&self) -> bool {
+        matches!(self, Addition::Effect(listed, _) if listed.is_periodic)
     }
 
     /// Whether the addition depends on the past: it has states of its own, or is a delay.

@@ -111,13 +111,15 @@ impl<'a> ProblemBuilder<'a> {
 
     /// Adds columns with the derivatives at the null values of candidates, many in one simulation.
     ///
-    /// Periodic effects have columns also at the points `cycles`.
-    pub(super) fn add_slopes(&mut self, library: &[Addition], cycles: Vec<(&Addition, Vec<f64>)>) {
+    /// Periodic effects have columns at the points `cycles`, if these contain any.
+    pub(super) fn add_slopes(&mut self, library: &[Addition], cycles: &[(&Addition, Vec<f64>)]) {
         let system = &self.at.fit.hypothesis.system;
+        let has_no_cycles = |a: &&Addition| cycles.iter().all(|(periodic, _)| periodic != a);
         let list: Vec<(&Addition, Vec<f64>)> = self
             .candidates(library)
+            .filter(has_no_cycles)
             .flat_map(|a| null_points(&**system, a).into_iter().map(move |point| (a, point)))
-            .chain(cycles)
+            .chain(cycles.iter().cloned())
             .collect();
         let batches = batches(&list);
         let done: Vec<Vec<(ColumnGroup, Columns)>> =

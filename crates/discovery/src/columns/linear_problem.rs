@@ -5,6 +5,7 @@
 //! cross-validated error of any set of candidates follow from the sums of products in microseconds.
 
 use super::group::ColumnGroup;
+use crate::addition::Addition;
 use crate::linear::Square;
 
 /// Minimum share of a column's sum of squares that must remain after projecting out the declared columns.
@@ -96,6 +97,15 @@ impl LinearProblem {
             !self.fitted.contains(g) && set.iter().all(|f| self.groups[*f].is_compatible_with(new))
         };
         (0..self.groups.len()).filter(is_compatible).collect()
+    }
+
+    /// Other starts of the periodic effect of group `group`: the further peaks of its periodogram.
+    pub fn other_cycles(&self, group: usize) -> Vec<(Addition, Vec<f64>)> {
+        let chosen = &self.groups[group];
+        let is_other = |g: &&ColumnGroup| g.addition == chosen.addition && g.point != chosen.point;
+        let is_periodic = chosen.addition.is_periodic();
+        let others = self.groups.iter().filter(|_| is_periodic).filter(is_other);
+        others.map(|g| (g.addition.clone(), g.point.clone())).collect()
     }
 
     /// Indices of the columns of the declared parameters and of the groups `groups`.

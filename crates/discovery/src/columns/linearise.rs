@@ -14,7 +14,7 @@ impl LinearProblem {
         let rows = places.rows(blocks);
         let cycles = strongest_cycles(&places, &rows, set, library);
         let mut builder = ProblemBuilder::new(&places, &rows, set);
-        builder.add_slopes(library, cycles);
+        builder.add_slopes(library, &cycles);
         builder.add_changes(library);
         builder.add_splits(library);
         builder.finish(blocks.count, set.evidence.independence.share)

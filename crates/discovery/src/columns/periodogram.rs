@@ -11,8 +11,9 @@ use crate::score::{FitWindows, Rows, Scored};
 use augsim_system::Per;
 use rayon::prelude::*;
 
-/// Number of peaks of a periodogram at which an effect becomes a candidate. The highest may be an alias of the true one.
-const PEAKS: usize = 3;
+/// Number of peaks of a periodogram from which an effect is fitted. The highest may be an alias of the true one while
+/// another effect is still missing.
+const PEAKS: usize = 5;
 /// Number of samples to which windows are thinned out for periodograms, which need hundreds of simulations.
 ///
 /// An effect with 1 % of the residual variance gains 20 nats in this many.

@@ -38,7 +38,7 @@ impl Penalty {
 }
 
 /// Initial parameter values of additions. Additions without an entry start at a fraction of their typical
-/// size.
+/// size; further entries of an addition are other starts, from each of which it is fitted.
 pub(crate) type InitialValues = Vec<(Addition, Vec<f64>)>;
 
 /// Context of a search: data in windows of one length, and the candidate effects.
@@ -105,12 +105,34 @@ impl<'a> Search<'a> {
             new.sd = known.sd;
         }
         let nuisances = self.initial_nuisances(from, &h, &theta);
-        let mut fitted = self.retry_shapes(fit(&sample, &h, &theta, &nuisances), starts);
+        let fitted = self.retry_starts(fit(&sample, &h, &theta, &nuisances), &theta, starts);
+        let mut fitted = self.retry_shapes(fitted, starts);
         let mut theta = fitted.theta.clone();
         if h.normalise_directions(&mut theta) {
             fitted = fit(&sample, &h, &theta, &fitted.nuisance);
         }
         Scored::new(&sample, &self.view.blocks, fitted)
+    }
+
+    /// Fits from the further starts of each addition, and keeps the best fit. `theta` are the initial values of the first.
+    fn retry_starts(&self, found: Fit, theta: &[f64], starts: &InitialValues) -> Fit {
+        let mut best = found;
+        for (k, (addition, values)) in starts.iter().enumerate() {
+            let is_first = starts[..k].iter().all(|(earlier, _)| earlier != addition);
+            let number = best.hypothesis.additions.iter().position(|a| a == addition);
+            let Some(number) = number.filter(|_| !is_first && !self.clock.is_over()) else { continue };
+            let entries = best.hypothesis.entries_of_addition(number);
+            if entries.len() != values.len() {
+                continue;
+            }
+            let mut start = theta.to_vec();
+            start[entries].copy_from_slice(values);
+            let other = fit(&self.sample(), &best.hypothesis, &start, &best.nuisance);
+            if other.cost < best.cost {
+                best = other;
+            }
+        }
+        best
     }
 
     /// Refits from other grid points if a shape parameter of a new effect reached a bound, and keeps the

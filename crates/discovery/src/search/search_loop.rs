@@ -241,6 +241,7 @@ fn set_of(problem: &LinearProblem, best: &Scored, chosen: &LinearSet) -> (Vec<Ad
         additions.push(group.addition.clone());
         if !problem.fitted.contains(g) {
             starts.push((group.addition.clone(), group.start(coefficients)));
+            starts.extend(problem.other_cycles(*g));
         }
     }
     (additions, starts)
