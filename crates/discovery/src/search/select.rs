@@ -16,6 +16,9 @@ const MAX_EVALUATED: usize = 6;
 const MAX_IDLE_STEPS: usize = 2;
 /// Maximum number of effects in a set of the linear problem.
 pub(crate) const MAX_EFFECTS: usize = 5;
+/// Maximum number of effects in a set of the linear problem that depend on the past. Their states have free initial values
+/// in every window, so that three of them fit any smooth residuals, and such a fit takes longer than most others together.
+pub(crate) const MAX_MEMORY_EFFECTS: usize = 2;
 
 /// A set of column groups (effects) in the linear problem, with its value.
 #[derive(Clone, Debug)]
@@ -245,9 +248,12 @@ impl<'p> Selection<'p> {
         let factor = self.h.sub(&columns).cholesky();
         let mut projected: Vec<f64> = columns.iter().map(|&c| self.g[c]).collect();
         factor.forward(&mut projected);
+        let depends_on_past = |g: &usize| self.problem.groups[*g].addition.depends_on_past();
+        let has_room = groups.iter().filter(|g| depends_on_past(g)).count() < MAX_MEMORY_EFFECTS;
         let can_join = |g: &usize| {
             let new = &self.problem.groups[*g];
             (self.is_allowed)(*g)
+                && (has_room || !depends_on_past(g))
                 && groups
                     .iter()
                     .all(|other| other != g && self.problem.groups[*other].is_compatible_with(new))
