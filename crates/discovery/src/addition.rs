@@ -212,6 +212,11 @@ impl Addition {
         matches!(self, Addition::Effect(listed, _) if listed.is_periodic)
     }
 
+    /// Whether the addition adds an input or a state to a reading.
+    pub fn is_added_to_reading(&self) -> bool {
+        self.listed().is_some_and(|effect| effect.added_to_reading.is_some())
+    }
+
     /// Whether the addition depends on the past: it has states of its own, or is a delay.
     pub fn depends_on_past(&self) -> bool {
         self.listed().is_some_and(|effect| effect.depends_on_past)

@@ -18,6 +18,7 @@ mod evaluate;
 mod event_offsets;
 mod examples;
 mod experiment;
+mod feedback;
 mod finite;
 mod fit;
 mod fit_state;

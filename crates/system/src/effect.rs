@@ -144,6 +144,8 @@ pub struct Effect {
     pub has_states: bool,
     /// Whether the effect depends on the past: it brings states of its own, or delays an input.
     pub depends_on_past: bool,
+    /// The input or state that the effect adds to a reading (output), at once or with a lag; `None` for any other effect.
+    pub added_to_reading: Option<String>,
     /// Whether the effect slows down every simulation; such effects are tested separately from cheap ones.
     pub costly: bool,
     /// Start values of the first fit of the effect.

@@ -67,8 +67,14 @@ pub(crate) fn measure_errors(
         let sample = view.sample();
         let start = Scored::new(&sample, &view.blocks, refit_on(&view, &base.fit));
         let search = Search::new(&view, families, &prepared.clock);
-        let mut found = repeat_choice(&search, start, known);
-        let named = crate::judge::named_set(&search, &mut found);
+        // What the choice finds in a fold is no error of a result that adds nothing.
+        let (found, named) = if best.additions().is_empty() {
+            (SearchResult::calibrated_only(start, known.penalty), 0)
+        } else {
+            let mut found = repeat_choice(&search, start, known);
+            let named = crate::judge::named_set(&search, &mut found);
+            (found, named)
+        };
         let (calibrated, augmented) = (&found.base().fit, &found.sets[named].fit);
         let on_fold = predicted(prepared, fold, [calibrated, augmented], seed);
         let mut shown = examples(&prepared.sample(fold), [calibrated, augmented], &on_fold.lists);

@@ -56,6 +56,13 @@ impl SearchResult {
         &self.sets[self.best]
     }
 
+    /// The set with the largest gain minus penalty among those without effects that `is_left_out` selects.
+    pub fn best_without(&self, is_left_out: &dyn Fn(&Addition) -> bool) -> &Scored {
+        let remain = self.sets.iter().filter(|set| !set.additions().iter().any(is_left_out));
+        let better = |best, set| if self.margin(set, best) > 0.0 { set } else { best };
+        remain.fold(self.base(), better)
+    }
+
     pub fn with_key(&self, key: &[String]) -> Option<&Scored> {
         self.sets.iter().find(|s| s.key() == key)
     }

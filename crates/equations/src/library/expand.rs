@@ -368,6 +368,11 @@ impl Candidate {
         self.changes.iter().any(|((target, _), _)| matches!(target, Target::Delay(_)))
     }
 
+    /// Whether the effect changes an output.
+    pub fn is_on_output(&self) -> bool {
+        self.changes.iter().any(|((target, _), _)| matches!(target, Target::Output(_)))
+    }
+
     /// Builds the effect with these parameter values, ready to be added to the model.
     pub fn draft(&self, values: &[f64]) -> Draft {
         let parameter = |(p, value): (&CandidateParameter, &f64)| Parameter {

@@ -241,6 +241,7 @@ impl From<&EffectSpec> for Effect {
             indicated_by: spec.indicated_by.map(Into::into),
             has_states: false,
             depends_on_past: false,
+            added_to_reading: None,
             costly: spec.costly,
             start: match spec.start {
                 Start::Estimate => EffectStart::Estimate,

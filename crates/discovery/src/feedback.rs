@@ -1,0 +1,128 @@
+//! Test whether an input follows the readings of an output: a controller that uses them (closed loop).
+//!
+//! The controller passes the noise of a reading on to the input. The input of that sample then correlates with the noise,
+//! as if it disturbed the reading (Söderström and Stoica 1989, System Identification, chapter 10). The sensitivities of a
+//! state to the input are not affected, because they contain earlier inputs only.
+
+use crate::fit::{ChosenRecords, Fit};
+use crate::linear::{Square, dot};
+use crate::residuals::record_residuals;
+use crate::score::BLOCKS;
+use crate::search::ALPHA;
+use crate::statistics::hotelling_tail;
+use augsim_system::Record;
+
+/// Number of earlier samples of input and residual from which a sample of the input is predicted.
+const LAGS: usize = 4;
+
+/// Pairs of output (channel) and input whose input follows the residuals of the output.
+///
+/// The next sample of an input is regressed on a residual, beside [`LAGS`] samples of the input up to that of the residual and
+/// as many earlier residuals. A model error is predicted by these; the noise of a reading is not, and without a controller
+/// it does not change the next input.
+pub(crate) fn closed_loops(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<[usize; 2]> {
+    let residuals = record_residuals(sample, fit);
+    let schema = sample.data.system.schema();
+    let pairs: Vec<[usize; 2]> = (0..schema.channels.len())
+        .flat_map(|channel| (0..schema.inputs.len()).map(move |input| [channel, input]))
+        .collect();
+    let follows = |[channel, input]: &[usize; 2]| {
+        let rows = residuals.iter().zip(&sample.chosen[..]).flat_map(|(residuals, &j)| {
+            let record = &sample.data.records[j].data;
+            regression_rows(record, *input, &residuals.residuals[*channel])
+        });
+        p_value(&rows.collect::<Vec<_>>()) < 0.1 * ALPHA / pairs.len() as f64
+    };
+    pairs.iter().copied().filter(follows).collect()
+}
+
+/// Rows of the regression for one record: 1, inputs and earlier residuals, then the residual, then the next input.
+fn regression_rows(record: &Record, input: usize, residuals: &[f64]) -> Vec<Vec<f64>> {
+    let Some(stream) = record.inputs.get(input) else { return Vec::new() };
+    let value = |time: f64| {
+        let k = stream.times.partition_point(|t| *t < time - 1e-9);
+        let is_there = stream.times.get(k).is_some_and(|t| (t - time).abs() <= 1e-9);
+        stream.values.first().filter(|_| is_there).map_or(f64::NAN, |values| values[k])
+    };
+    let inputs: Vec<f64> = record.times.iter().map(|time| value(*time)).collect();
+    let row = |k: usize| {
+        let mut row = vec![1.0];
+        row.extend(&inputs[k + 1 - LAGS..=k]);
+        row.extend(&residuals[k - LAGS..k]);
+        row.extend([residuals[k], inputs[k + 1]]);
+        row
+    };
+    let all = (LAGS..record.times.len().saturating_sub(1)).map(row);
+    all.filter(|row| row.iter().all(|x| x.is_finite())).collect()
+}
+
+/// p-value of the second last column of the rows in a regression of the last one, by the scatter of its score over blocks.
+fn p_value(rows: &[Vec<f64>]) -> f64 {
+    let width = 2 * LAGS + 3;
+    if rows.len() < BLOCKS * width {
+        return 1.0;
+    }
+    let known = width - 2;
+    let mut products = Square::zero(width);
+    for row in rows {
+        (0..width).for_each(|i| (0..width).for_each(|j| *products.at_mut(i, j) += row[i] * row[j]));
+    }
+    let factor = products.sub(&(0..known).collect::<Vec<_>>()).cholesky();
+    let coefficients = |column: usize| {
+        let mut x: Vec<f64> = (0..known).map(|i| products.at(i, column)).collect();
+        factor.solve(&mut x);
+        x
+    };
+    let [of_residual, of_input] = [known, known + 1].map(coefficients);
+    let score = |row: &Vec<f64>| {
+        let remains = |column: usize, x: &[f64]| row[column] - dot(&row[..known], x);
+        remains(known, &of_residual) * remains(known + 1, &of_input)
+    };
+    let scores: Vec<f64> =
+        rows.chunks(rows.len().div_ceil(BLOCKS)).map(|block| block.iter().map(score).sum()).collect();
+    let blocks = scores.len() as f64;
+    let mean = scores.iter().sum::<f64>() / blocks;
+    let variance = scores.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / (blocks - 1.0);
+    if variance > 0.0 { hotelling_tail(mean * mean * blocks / variance, 1, blocks - 1.0) } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    //! Contract: an input computed from noisy readings is found; an input given beforehand is not, even beside a model error.
+    use super::*;
+    use augsim_system::Stream;
+    use rand::rngs::StdRng;
+    use rand::{RngExt, SeedableRng};
+
+    /// p-value for a first-order plant whose residuals are noise and `model_error` times the slow part of the state. The input
+    /// is a sum of sines minus `gain` times the reading.
+    fn tested(gain: f64, model_error: f64, seed: u64) -> f64 {
+        let mut random = StdRng::seed_from_u64(seed);
+        let (mut state, mut slow) = (0.0, 0.0);
+        let (mut times, mut inputs, mut residuals) = (Vec::new(), Vec::new(), Vec::new());
+        for k in 0..1500 {
+            let t = 0.02 * f64::from(k);
+            let noise = 0.01 * (0..12).map(|_| random.random::<f64>() - 0.5).sum::<f64>();
+            let reference: f64 = [1.0, 2.3, 4.1, 6.7, 9.2, 13.0].iter().map(|w| (w * t + w * w).sin()).sum();
+            let input = reference - gain * (state + noise);
+            times.push(t);
+            inputs.push(input);
+            residuals.push(noise + model_error * slow);
+            state += 0.02 * (input - state);
+            slow += 0.02 * (state - slow);
+        }
+        let stream = Stream { times: times.clone(), values: vec![inputs] };
+        let record = Record { times, inputs: vec![stream].into(), ..Record::default() };
+        p_value(&regression_rows(&record, 0, &residuals))
+    }
+
+    #[test]
+    fn a_controller_is_found() {
+        let level = 0.1 * ALPHA;
+        for seed in 0..20 {
+            assert!(tested(20.0, 0.0, seed) < level && tested(20.0, 0.3, seed) < level, "{seed}");
+        }
+        let false_alarms = (0..200).filter(|seed| tested(0.0, 0.3 * f64::from(*seed as u8 % 2), *seed) < 0.01);
+        assert!(false_alarms.count() <= 6);
+    }
+}
