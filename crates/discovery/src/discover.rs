@@ -82,7 +82,7 @@ pub fn discover(
     report_interim(model, &prepared, &searched, Some(&judged), options, observer);
     observer.report(Progress::Errors);
     let mut measured = prediction_errors(&prepared, &searched, &judged, options);
-    if withdraw_unsupported(&prepared, &mut searched, &mut judged, &measured) {
+    if withdraw_unsupported(&prepared, &mut searched, &mut judged, &measured, options.seed) {
         measured = prediction_errors(&prepared, &searched, &judged, options);
     }
     let found = write_result(model, &prepared, &searched, &judged, &measured, options)?;
@@ -288,6 +288,7 @@ fn withdraw_unsupported(
     searched: &mut SearchStage,
     judged: &mut Judged,
     errors: &Errors,
+    seed: u64,
 ) -> bool {
     if judged.withdrawal_reason.is_some() {
         return false;
@@ -296,7 +297,7 @@ fn withdraw_unsupported(
     // Random effects alone do not change predictions.
     let changes_predictions = |a: &Addition| !matches!(a, Addition::Scatter(_));
     let adds = searched.found.sets[judged.best].additions().iter().any(changes_predictions);
-    let table = errors.lists.first(schema, 0, 0.0);
+    let table = errors.lists.first(schema, seed, 0.0);
     match judge::reason_from_errors(&table, prepared.spread(), adds, schema.primary_unit()) {
         Some(WithdrawalReason::NotThisSystem(_)) if prepared.has_single_recording() => {
             // The parts of one recording predict each other. That extrapolates: a model that lacks a slow state can predict
