@@ -190,9 +190,8 @@ fn exclude_feedback(prepared: &mut Prepared, view: &View, base: &Scored) -> bool
     let mut is_changed = false;
     for [channel, input] in closed_loops(&view.sample(), &base.fit) {
         let [output, input] = [&schema.channels[channel].column, &schema.inputs[input].columns[0]];
-        let imitated = |effect: &&Effect| {
-            effect.location == *output && effect.added_to_reading.as_ref() == Some(input)
-        };
+        let imitated =
+            |effect: &&Effect| effect.location == *output && effect.added_to_reading.as_ref() == Some(input);
         let kinds: Vec<String> = system.library().iter().filter(imitated).map(|e| e.kind.clone()).collect();
         if !kinds.is_empty() {
             prepared.notes.push(format!(

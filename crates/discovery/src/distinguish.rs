@@ -54,7 +54,7 @@ fn distance(
     truth: &Fit,
     other: &Fit,
 ) -> Option<f64> {
-    let mut record = Record { data: design.record.clone(), weight: Vec::new(), is_tolerance: false };
+    let mut record = Record::unweighted(design.record.clone());
     let planned = record.windows().next()?;
     let h = &truth.hypothesis;
     let lanes = Lanes::new(h, planned, &[]);

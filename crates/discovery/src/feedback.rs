@@ -122,7 +122,8 @@ mod tests {
         for seed in 0..20 {
             assert!(tested(20.0, 0.0, seed) < level && tested(20.0, 0.3, seed) < level, "{seed}");
         }
-        let false_alarms = (0..200).filter(|seed| tested(0.0, 0.3 * f64::from(*seed as u8 % 2), *seed) < 0.01);
+        let false_alarms =
+            (0..200).filter(|seed| tested(0.0, 0.3 * f64::from(*seed as u8 % 2), *seed) < 0.01);
         assert!(false_alarms.count() <= 6);
     }
 }

@@ -177,7 +177,7 @@ fn prefix(data: &Measured, record: &Record, first: usize) -> Record {
 /// The samples of a record up to the end of `known`, with `known` as its only window and `start` as initial
 /// state.
 fn cut_to(record: &Record, known: Range<usize>, start: Vec<f64>) -> Record {
-    let Record { data, weight, is_tolerance } = record;
+    let Record { data, weight, is_tolerance, recording } = record;
     let until = |channel: &Vec<f64>| channel[..known.end].to_vec();
     Record {
         weight: weight.iter().map(until).collect(),
@@ -191,6 +191,7 @@ fn cut_to(record: &Record, known: Range<usize>, start: Vec<f64>) -> Record {
             ..data.clone()
         },
         is_tolerance: *is_tolerance,
+        recording: recording.clone(),
     }
 }
 

@@ -315,7 +315,7 @@ mod tests {
 
     #[test]
     fn a_window_without_nuisances_is_not_simulated_again() {
-        let record = Record { data: Default::default(), weight: Vec::new(), is_tolerance: false };
+        let record = Record::unweighted(Default::default());
         let window = Window { samples: 0..1, start: Vec::new() };
         let window = RecordWindow { record: &record, window: &window };
         let lanes = Lanes::of_starts(0);
@@ -326,7 +326,7 @@ mod tests {
 
     #[test]
     fn a_window_with_the_predicted_cost_has_no_step_shortened() {
-        let record = Record { data: Default::default(), weight: Vec::new(), is_tolerance: false };
+        let record = Record::unweighted(Default::default());
         let window = Window { samples: 0..1, start: Vec::new() };
         let window = RecordWindow { record: &record, window: &window };
         let (lanes, now) = (Lanes::of_starts(1), [0.2]);
@@ -351,7 +351,7 @@ mod tests {
 
     #[test]
     fn steps_ahead_equal_steps_one_by_one() {
-        let record = Record { data: Default::default(), weight: Vec::new(), is_tolerance: false };
+        let record = Record::unweighted(Default::default());
         let window = Window { samples: 0..1, start: Vec::new() };
         let window = RecordWindow { record: &record, window: &window };
         let lanes = Lanes::of_starts(1);

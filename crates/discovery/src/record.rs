@@ -20,6 +20,8 @@ pub(crate) struct Record {
     /// Whether σ is a tolerance rather than noise: residuals below it are not rewarded beyond the Gaussian
     /// cost.
     pub is_tolerance: bool,
+    /// Name of the recording that the record is, or is a part of.
+    pub recording: Arc<str>,
 }
 
 /// A window of a record: a segment that is simulated from its own initial state.
@@ -30,6 +32,12 @@ pub(crate) struct RecordWindow<'a> {
 }
 
 impl Record {
+    /// A record, which is a recording of its own, whose samples have no weights yet.
+    pub fn unweighted(data: SystemRecord) -> Self {
+        let recording = data.id.as_str().into();
+        Self { data, weight: Vec::new(), is_tolerance: false, recording }
+    }
+
     /// Windows of the record, in order of time.
     pub fn windows(&self) -> impl Iterator<Item = RecordWindow<'_>> {
         self.data.windows.iter().map(|window| RecordWindow { record: self, window })
@@ -93,10 +101,7 @@ impl Measured {
         let clock_reference_s = schema
             .clock
             .and_then(|clock| shift_session_clocks(&mut records, clock, model.clock_reference_s()));
-        let records = records
-            .into_iter()
-            .map(|data| Record { data, weight: Vec::new(), is_tolerance: false })
-            .collect();
+        let records = records.into_iter().map(Record::unweighted).collect();
         Ok(Self {
             name,
             system,

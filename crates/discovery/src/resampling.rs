@@ -169,7 +169,7 @@ mod tests {
             times,
             ..SystemRecord::default()
         };
-        Record { data, weight: vec![weight], is_tolerance: false }
+        Record { weight: vec![weight], ..Record::unweighted(data) }
     }
 
     #[test]

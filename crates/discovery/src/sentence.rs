@@ -169,7 +169,8 @@ fn unexplained_structure(parts: &AnswerParts<'_>, unexplained: &Option<Unexplain
         let name = tests.outlying.and_then(|n| record_name(parts.search, n));
         let most = name.map_or_else(String::new, |name| format!(", `{name}` most"));
         return format!(
-            "the {} differ from each other{most}: a quantity that the model treats as constant varies between them",
+            "the {} differ from each other{most}: a quantity that the model treats as constant varies between them, or the model lacks \
+             something that acts differently in each",
             schema.record[1]
         );
     }

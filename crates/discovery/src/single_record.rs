@@ -17,7 +17,7 @@ pub(crate) fn split_record(system: &dyn Prepare, record: &Record, sd: &[f64]) ->
         data.id = format!("{} ({name})", record.data.id);
         data.times = data.times[range.clone()].to_vec();
         data.values.iter_mut().for_each(|values| *values = values[range.clone()].to_vec());
-        Record { data, weight: Vec::new(), is_tolerance: false }
+        Record::unweighted(data)
     };
     let parts = vec![part(0..cut, "first part"), part(cut..record.data.times.len(), "second part")];
     Some((parts, record.data.times[cut]))

@@ -320,8 +320,10 @@ impl<'a> ProblemBuilder<'a> {
             return;
         }
         let declared = self.declared_products();
-        let gains: Vec<f64> =
-            self.pieces[1..].par_iter().map(|(count, columns)| self.gain(*count, columns, &declared)).collect();
+        let gains: Vec<f64> = self.pieces[1..]
+            .par_iter()
+            .map(|(count, columns)| self.gain(*count, columns, &declared))
+            .collect();
         let mut order: Vec<usize> = (0..gains.len()).collect();
         order.sort_by(|&a, &b| gains[b].total_cmp(&gains[a]).then(a.cmp(&b)));
         let mut width = self.pieces[0].0;
@@ -395,4 +397,3 @@ impl<'a> ProblemBuilder<'a> {
         if is_independent { v.iter().map(|x| x * x).sum() } else { 0.0 }
     }
 }
-

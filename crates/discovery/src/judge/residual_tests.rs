@@ -6,13 +6,14 @@ use crate::addition::Addition;
 use crate::columns::{LinearProblem, table_candidates};
 use crate::periodicity;
 use crate::random_effect_test::RandomEffectEstimate;
-use crate::record::Record;
+use crate::record::{ChosenRecords, Record};
 use crate::score::Scored;
 use crate::search::{
-    ALPHA, InitialValues, Penalty, Search, SearchResult, differences, p_values_given, select,
+    ALPHA, InitialValues, MIN_INFORMATION, Penalty, Search, SearchResult, differences, p_values_given, select,
 };
-use crate::statistics::{chi2_tail, median};
+use crate::statistics::{chi2_tail, f_tail, median};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// Maximum number of tabulated effects that a result contains.
 const MAX_TABLES: usize = 3;
@@ -93,9 +94,11 @@ pub(crate) fn test_residuals(
     }
 }
 
-/// p-value of the differences between records, and the number of the record that differs most. Model error
-/// common to all records, and autocorrelated residuals, also make the estimates of single records vary and
-/// are allowed for.
+/// p-value of the differences between records, and the number of the record that differs most.
+///
+/// It is twice the smaller p-value of two tests. One compares the scatter of the estimates of single records with the noise;
+/// model error common to all records, and autocorrelated residuals, are allowed for. The other compares the scatter between
+/// recordings with that between the windows of each, which have initial states of their own.
 fn record_differences_test(
     search: &Search<'_>,
     set: &Scored,
@@ -115,7 +118,31 @@ fn record_differences_test(
     };
     let statistics: Vec<f64> = sample.windows_by_record().into_iter().map(statistic).collect();
     let outlying = (0..statistics.len()).max_by(|a, b| statistics[*a].total_cmp(&statistics[*b]));
-    (p(worst).min(1.0), outlying)
+    let p_between = p_between_recordings(&sample, parts) * tested.len() as f64;
+    ((2.0 * p(worst).min(p_between)).min(1.0), outlying)
+}
+
+/// Smallest p-value over the parameters of an analysis of variance of their scores between recordings (Fisher 1925): the mean
+/// square between recordings over that between the windows of a recording; 1 without recordings of several windows.
+fn p_between_recordings(sample: &ChosenRecords<'_>, parts: &[Vec<(usize, f64, f64)>]) -> f64 {
+    // For each parameter and recording: number of windows, curvature, gradient, and sum of their squared gradients over curvature.
+    let mut sums: BTreeMap<usize, BTreeMap<&str, [f64; 4]>> = BTreeMap::new();
+    for (window, entries) in sample.windows().iter().zip(parts) {
+        for &(t, s, u) in entries.iter().filter(|entry| entry.1 > MIN_INFORMATION) {
+            let of_recording = sums.entry(t).or_default().entry(&window.record.recording).or_default();
+            of_recording.iter_mut().zip([1.0, s, u, u * u / s]).for_each(|(sum, x)| *sum += x);
+        }
+    }
+    let p_value = |recordings: &BTreeMap<&str, [f64; 4]>| {
+        let [windows, s, u, squares] =
+            recordings.values().fold([0.0; 4], |a, b| [a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]]);
+        let of_recordings: f64 = recordings.values().map(|[_, s, u, _]| u * u / s).sum();
+        let count = recordings.len() as f64;
+        let [between, within] = [count - 1.0, windows - count];
+        let ratio = (of_recordings - u * u / s) / between / ((squares - of_recordings) / within);
+        if between > 0.0 && within > 0.0 { f_tail(ratio, between, within) } else { 1.0 }
+    };
+    sums.values().map(p_value).fold(1.0, f64::min)
 }
 
 /// Dispersion factor of the squared gradients of records. It is the typical squared residual over the noise
@@ -206,10 +233,10 @@ fn add_table(search: &Search<'_>, found: &mut SearchResult, from: usize) -> Opti
     Some((found.sets.len() - 1, p_value))
 }
 
-/// Name in the data of the searched record with this number.
+/// Name in the data of the recording that the searched record with this number is, or is a part of.
 pub(crate) fn record_name<'s>(search: &Search<'s>, number: usize) -> Option<&'s str> {
     search.sample().chosen.get(number).map(|&j| {
         let record: &Record = &search.sample().data.records[j];
-        record.data.id.as_str()
+        &*record.recording
     })
 }

@@ -98,6 +98,7 @@ pub(crate) fn windows_as_record(record: &Record, windows: Range<usize>) -> Recor
         },
         weight: record.weight.iter().map(part).collect(),
         is_tolerance: record.is_tolerance,
+        recording: record.recording.clone(),
     }
 }
 
@@ -134,17 +135,14 @@ mod tests {
     fn long(samples: usize, each: usize) -> Record {
         let cuts = (0..samples).step_by(each);
         let windows = cuts.map(|a| Window { samples: a..(a + each).min(samples), start: vec![a as f64] });
-        Record {
-            data: SystemRecord {
-                times: (0..samples).map(|k| k as f64 * 0.1).collect(),
-                values: vec![(0..samples).map(|k| k as f64).collect()],
-                windows: windows.collect(),
-                initial_sample_count: 5,
-                ..SystemRecord::default()
-            },
-            weight: vec![vec![1.0; samples]],
-            is_tolerance: false,
-        }
+        let data = SystemRecord {
+            times: (0..samples).map(|k| k as f64 * 0.1).collect(),
+            values: vec![(0..samples).map(|k| k as f64).collect()],
+            windows: windows.collect(),
+            initial_sample_count: 5,
+            ..SystemRecord::default()
+        };
+        Record { weight: vec![vec![1.0; samples]], ..Record::unweighted(data) }
     }
 
     #[test]

@@ -6,7 +6,7 @@ mod refit;
 mod search_loop;
 mod select;
 
-pub(crate) use heterogeneity::{differences, parts};
+pub(crate) use heterogeneity::{MIN_INFORMATION, differences, parts};
 pub(crate) use length::{calibrate_windows, choose_window_length, refit_on};
 pub(crate) use refit::{ALPHA, InitialValues, Penalty, Search};
 pub(crate) use search_loop::{SearchResult, complete, repeat_choice, run, without};

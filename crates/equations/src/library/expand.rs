@@ -6,7 +6,8 @@ use super::size::{describe_size, size_unit};
 use super::substitute::substitute;
 use crate::error::{Fault, ModelError, Place as FilePlace};
 use crate::model::{
-    Cycle, Draft, DraftState, DraftTarget, Force, How, Model, Parameter, Row, RowParameter, Target, dimensions_of,
+    Cycle, Draft, DraftState, DraftTarget, Force, How, Model, Parameter, Row, RowParameter, Target,
+    dimensions_of,
 };
 use augsim_data::{Dimensions, Unit, escaped_short};
 
