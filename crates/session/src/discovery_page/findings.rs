@@ -150,7 +150,13 @@ fn established(d: &Discovery) -> Table {
     if has_folds {
         columns.push(Column::text("found again in folds"));
     }
-    Table { caption: "Established effects".to_owned(), columns, rows, footnotes: vec![FOOTNOTE.to_owned()] }
+    // The interim result of a search that was stopped has effects whose significance was not tested.
+    let is_tested = has_inclusion || has_q_value || effects.iter().all(|e| e.per.is_some());
+    let caption = match is_tested {
+        true => "Established effects",
+        false => "Effects of the best set so far, not tested for significance",
+    };
+    Table { caption: caption.to_owned(), columns, rows, footnotes: vec![FOOTNOTE.to_owned()] }
 }
 
 /// Footnote that explains the columns of the table of established effects.

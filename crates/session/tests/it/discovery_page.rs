@@ -60,6 +60,14 @@ fn page_shows_errors_effects_and_the_model() {
 }
 
 #[test]
+fn effects_of_a_stopped_search_are_not_called_established() {
+    let mut found = found().clone();
+    found.effects.iter_mut().for_each(|effect| (effect.inclusion, effect.q_value) = (None, None));
+    let text = html(&found);
+    assert!(!text.contains("Established effects") && text.contains("not tested for significance"));
+}
+
+#[test]
 fn unestablished_effects_follow_established_ones() {
     let mut found = found().clone();
     found.null_records = Some(NullRecords { named: 1, of: 19 });
