@@ -22,6 +22,7 @@ use crate::search::{
     Penalty, Search, SearchResult, calibrate_windows, choose_window_length, complete, refit_on,
 };
 use crate::stages::{Judged, SearchStage, search_in, search_with};
+use crate::unknown_inputs::without_unknown_inputs;
 use augsim_data::checks::{CheckedData, check_data};
 use augsim_data::{DataError, Dataset};
 use augsim_system::{Declaration, Effect};
@@ -54,15 +55,22 @@ pub fn discover(
     let CheckedData { data, warnings } =
         check_data(data.clone(), &model.expected(), options.accepted).map_err(DataError::from)?;
     let mut prepared = prepare(model, &data, options)?;
-    if !data.notes().is_empty() {
-        let notes = data.notes().join("; ");
-        prepared.notes.insert(0, format!("{}: read as a recording: {notes}", data.origin()));
-    }
     let rejection = judge::reason_from_data(&prepared);
     let mut searched = match rejection {
         Some(_) => calibrate_only(&prepared, observer),
         None => search(model, &mut prepared, options, observer),
     };
+    if let Some((later, note)) = without_unknown_inputs(&prepared, &searched, &data)? {
+        let clock = prepared.clock;
+        prepared = prepare(model, &later, options)?;
+        (prepared.data.clock, prepared.clock) = (clock.clone(), clock);
+        prepared.notes.push(note);
+        searched = search(model, &mut prepared, options, observer);
+    }
+    if !data.notes().is_empty() {
+        let notes = data.notes().join("; ");
+        prepared.notes.insert(0, format!("{}: read as a recording: {notes}", data.origin()));
+    }
     prepared.clock.end_search();
     let was_cut = prepared.clock.was_cut();
     if was_cut && rejection.is_none() {

@@ -66,6 +66,7 @@ mod spikes;
 mod stages;
 mod statistics;
 mod theta_step;
+mod unknown_inputs;
 mod work_counter;
 
 pub use assess::{Assessment, assess};
