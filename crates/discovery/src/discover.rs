@@ -203,8 +203,8 @@ fn exclude_feedback(prepared: &mut Prepared, view: &View, base: &Scored) -> bool
         let kinds: Vec<String> = system.library().iter().filter(imitated).map(|e| e.kind.clone()).collect();
         if !kinds.is_empty() {
             prepared.notes.push(format!(
-                "{input} follows the readings of {output} (closed loop), so that the noise of a reading moves the input: effects of {input} on \
-                 these readings are not tried"
+                "the next value of {input} follows each reading of {output}: a controller uses the readings and passes their noise on, or the \
+                 clock of {input} is late; effects of {input} on these readings are not tried"
             ));
             Arc::make_mut(&mut prepared.data.effects).exclude.extend(kinds);
             is_changed = true;

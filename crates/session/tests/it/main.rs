@@ -10,6 +10,7 @@ mod discovery_page;
 
 // Results of the joints of a robot.
 mod joints;
+mod logging_traps;
 
 // Exported programs follow the engine.
 mod exported;
