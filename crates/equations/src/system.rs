@@ -6,7 +6,7 @@ use crate::compile::{
 use crate::error::{Fault, ModelError, Place};
 use crate::limits::MAX_STABLE_SUBSTEPS;
 use crate::machine::Machine;
-use crate::model::{Direction, Model};
+use crate::model::{Cycle, Direction, Model};
 use std::collections::BTreeMap;
 
 /// A compiled system, which simulates windows with their derivatives.
@@ -43,6 +43,21 @@ pub struct System {
     pub(crate) let_registers: Vec<(u32, usize)>,
     /// Maximum number of explicit steps per sample interval; a window that needs more for stability fails.
     pub(crate) max_stable_substeps: usize,
+    /// Periods and frequencies of added effects, which the steps resolve.
+    pub(crate) cycles: Vec<CycleRate>,
+}
+
+/// Maximum number of periodic effects whose cycles the steps resolve. Many are only compared with each other, in periodograms.
+const MAX_RESOLVED_CYCLES: usize = 4;
+
+/// How fast an added periodic effect passes through its cycles.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct CycleRate {
+    /// Index of the period or frequency in the parameters of the model.
+    pub(crate) parameter: usize,
+    pub(crate) cycle: Cycle,
+    /// Largest speed in the data of the quantity that the period belongs to, per second.
+    pub(crate) speed: f64,
 }
 
 /// Instructions for several values and their derivatives that are not always 0.
@@ -176,6 +191,7 @@ impl System {
                 .filter_map(|(id, index)| Some((layout.assigned_register(*id)?, *index)))
                 .collect(),
             max_stable_substeps: MAX_STABLE_SUBSTEPS,
+            cycles: Vec::new(),
             layout,
         })
     }
@@ -225,6 +241,24 @@ impl System {
     pub(crate) fn with_max_stable_substeps(mut self, max_stable_substeps: usize) -> System {
         self.max_stable_substeps = max_stable_substeps;
         self
+    }
+
+    /// Lets the steps resolve the cycles of added effects.
+    pub(crate) fn with_cycles(mut self, cycles: Vec<CycleRate>) -> System {
+        self.cycles = cycles;
+        self
+    }
+
+    /// Angular rate of the fastest cycle of added effects, rad/s; 0 without one, and where many effects are tried at once.
+    pub(crate) fn cycle_rate(&self, parameters: &[f64]) -> f64 {
+        if self.cycles.len() > MAX_RESOLVED_CYCLES {
+            return 0.0;
+        }
+        let rate = |c: &CycleRate| match (c.cycle, parameters[c.parameter].abs()) {
+            (Cycle::Period, period) => std::f64::consts::TAU * c.speed / period,
+            (Cycle::Frequency, frequency) => frequency,
+        };
+        self.cycles.iter().map(rate).filter(|rate| rate.is_finite()).fold(0.0, f64::max)
     }
 
     /// Number of states of the model.

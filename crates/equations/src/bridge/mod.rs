@@ -16,7 +16,7 @@ use crate::error::ModelError;
 use crate::library::{Candidate, Scales, candidates, formulas, table_draft};
 use crate::limits::MAX_SUBSTEPS;
 use crate::model::{Model, Target as ModelTarget};
-use crate::system::System as Compiled;
+use crate::system::{CycleRate, System as Compiled};
 use augsim_system::{
     Augment, Describe, Effect, Event, ModelTerm, Objection, Parameter, Prepare, Quantity, Record, Schema,
     Seed, Simulate, Simulated, SimulationError, System, SystemError, Table, Task,
@@ -402,6 +402,7 @@ impl Augment for EquationSystem {
             }
             system.laws.push(law.clone());
         }
+        let cycles = system.cycles();
         let mut active = schema::active(&model);
         active.extend(system.places.iter().filter(|p| **p >= self.model().parameters.len()));
         active.sort_unstable();
@@ -412,8 +413,12 @@ impl Augment for EquationSystem {
         system.schema = Arc::new(schema);
         // Data do not determine rates that are this much faster than the sampling, and each fit would take minutes.
         let max_substeps = MAX_SUBSTEPS.max(self.options.substeps);
-        system.compiled =
-            Arc::new(compiled.with_widths_of(&self.compiled).with_max_stable_substeps(max_substeps));
+        system.compiled = Arc::new(
+            compiled
+                .with_widths_of(&self.compiled)
+                .with_max_stable_substeps(max_substeps)
+                .with_cycles(cycles),
+        );
         system.complete = Arc::default();
         Ok(Arc::new(system))
     }
@@ -484,6 +489,22 @@ impl EquationSystem {
             point.into_iter().zip(&candidate.parameters).filter(|(_, p)| !p.frozen).map(|(v, _)| v).collect()
         };
         points_of(candidate).into_iter().map(keep_free).collect()
+    }
+
+    /// Periods and frequencies of the added effects.
+    fn cycles(&self) -> Vec<CycleRate> {
+        let mut first = self.declared_count();
+        let mut out = Vec::new();
+        for law in &self.laws {
+            if let ModelTerm::Effect(index) = law {
+                let free = self.candidates[*index].parameters.iter().filter(|p| !p.frozen);
+                for (p, &parameter) in free.zip(&self.places[first..]) {
+                    out.extend(p.cycle.map(|cycle| CycleRate { parameter, cycle, speed: p.cycle_speed }));
+                }
+            }
+            first += law.size(&self.library);
+        }
+        out
     }
 
     /// Whether the system is integrated with the steps of [`Method::Implicit`].

@@ -81,6 +81,8 @@ pub struct CandidateParameter {
     pub cycle: Option<Cycle>,
     /// Periods or frequencies at which a periodogram is computed; empty for any other parameter.
     pub cycles: Vec<f64>,
+    /// Largest speed in the data of the quantity that the period belongs to, per second; 1 for a frequency.
+    pub cycle_speed: f64,
     /// Quantity whose size the numbers of this parameter are multiples of; `None` if they are in its unit.
     pub(super) of: Option<String>,
 }
@@ -291,6 +293,7 @@ impl CandidateParameter {
             scan: p.scan.clone(),
             cycle: p.cycle,
             cycles: Vec::new(),
+            cycle_speed: 1.0,
             of: p.of.clone(),
         }
     }

@@ -174,6 +174,10 @@ impl Scales {
             let (offset, factor) = self.size(&of, names, model);
             let value = |x: f64| if x.is_finite() { offset + factor * x } else { x };
             p.cycles = self.cycles(p).into_iter().map(value).collect();
+            if p.cycle == Some(Cycle::Period) {
+                let has_speed = names.iter().any(|(name, _)| *name == "v");
+                p.cycle_speed = if has_speed { self.size("peak(v)", names, model).1 } else { 0.0 };
+            }
             (p.min, p.max, p.null) = (value(p.min), value(p.max), value(p.null));
             p.typical = p.typical.map(value);
             p.grid.iter_mut().chain(&mut p.scan).for_each(|x| *x = value(*x));
