@@ -27,7 +27,7 @@ pub(crate) fn closed_loops(sample: &ChosenRecords<'_>, fit: &Fit) -> Vec<[usize;
         .flat_map(|channel| (0..schema.inputs.len()).map(move |input| [channel, input]))
         .collect();
     let follows = |[channel, input]: &[usize; 2]| {
-        let rows = residuals.iter().zip(&sample.chosen[..]).flat_map(|(residuals, &j)| {
+        let rows = residuals.iter().zip(sample.chosen).flat_map(|(residuals, &j)| {
             let record = &sample.data.records[j].data;
             regression_rows(record, *input, &residuals.residuals[*channel])
         });
@@ -90,19 +90,19 @@ fn p_value(rows: &[Vec<f64>]) -> f64 {
 mod tests {
     //! Contract: an input computed from noisy readings is found; an input given beforehand is not, even beside a model error.
     use super::*;
+    use augsim_data::random_stream;
     use augsim_system::Stream;
-    use rand::rngs::StdRng;
-    use rand::{RngExt, SeedableRng};
+    use rand_distr::{Distribution, StandardNormal};
 
     /// p-value for a first-order plant whose residuals are noise and `model_error` times the slow part of the state. The input
     /// is a sum of sines minus `gain` times the reading.
     fn tested(gain: f64, model_error: f64, seed: u64) -> f64 {
-        let mut random = StdRng::seed_from_u64(seed);
+        let mut random = random_stream(seed, "feedback", 0);
         let (mut state, mut slow) = (0.0, 0.0);
         let (mut times, mut inputs, mut residuals) = (Vec::new(), Vec::new(), Vec::new());
         for k in 0..1500 {
             let t = 0.02 * f64::from(k);
-            let noise = 0.01 * (0..12).map(|_| random.random::<f64>() - 0.5).sum::<f64>();
+            let noise = 0.01 * Distribution::<f64>::sample(&StandardNormal, &mut random);
             let reference: f64 = [1.0, 2.3, 4.1, 6.7, 9.2, 13.0].iter().map(|w| (w * t + w * w).sin()).sum();
             let input = reference - gain * (state + noise);
             times.push(t);
