@@ -196,7 +196,7 @@ fn exclude_feedback(prepared: &mut Prepared, view: &View, base: &Scored) -> bool
     let system = prepared.data.system.clone();
     let schema = system.schema();
     let mut is_changed = false;
-    for [channel, input] in closed_loops(&view.sample(), &base.fit) {
+    for [channel, input] in closed_loops(&view.sample(), base) {
         let [output, input] = [&schema.channels[channel].column, &schema.inputs[input].columns[0]];
         let imitated =
             |effect: &&Effect| effect.location == *output && effect.added_to_reading.as_ref() == Some(input);

@@ -18,9 +18,6 @@ const PEAKS: usize = 5;
 ///
 /// An effect with 1 % of the residual variance gains 20 nats in this many.
 const MAX_SAMPLES: usize = 4096;
-/// Independent share of the residuals (formula 4) up to which they are autocorrelated, so that periodograms are computed. A period
-/// with 1 % of their variance decreases it to 0.7, by an autocorrelation of 0.01 over 1,000 lags.
-const MIN_WHITE_SHARE: f64 = 0.8;
 /// Ratio of the residuals to the noise, of a channel, from which periodograms are also computed if the residuals are white.
 const BEYOND_NOISE: f64 = 1.1;
 
@@ -33,8 +30,7 @@ pub(super) fn strongest_cycles<'l>(
     set: &Scored,
     library: &'l [Addition],
 ) -> Vec<(&'l Addition, Vec<f64>)> {
-    let is_white = set.evidence.independence.share > MIN_WHITE_SHARE;
-    if is_white && !rows.exceed_noise(BEYOND_NOISE) {
+    if set.has_white_residuals() && !rows.exceed_noise(BEYOND_NOISE) {
         return Vec::new();
     }
     let thinning = rows.samples().div_ceil(MAX_SAMPLES).max(1);

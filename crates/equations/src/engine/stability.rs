@@ -24,6 +24,9 @@ const STABILITY_LIMIT: f64 = 2.5;
 /// Maximum phase of an added periodic effect in a step, rad. Simpson's rule, to which the steps reduce for a force of time,
 /// integrates a sine to 1/2880 of the fourth power of the phase: 2e-3 at 1.5.
 const MAX_PHASE: f64 = 1.5;
+/// Maximum number of steps in a sample interval for the cycles of an added effect. At speeds where more than two cycles pass in an
+/// interval it has no effect in the mean, and matters only while the motion is slower.
+const MAX_CYCLE_STEPS: usize = 8;
 /// Number of times the matrix is squared for the norm that bounds its spectral radius.
 const SQUARINGS: usize = 6;
 
@@ -43,7 +46,7 @@ impl FastestMode {
     pub(super) fn substeps(&self, interval_s: f64, substeps: usize, max_substeps: usize) -> usize {
         // The limit holds only for lanes that repeat a window which was refused.
         let stable = (self.rate * interval_s / STABILITY_LIMIT).ceil() as usize;
-        let cycles = (self.cycle_rate * interval_s / MAX_PHASE).ceil() as usize;
+        let cycles = ((self.cycle_rate * interval_s / MAX_PHASE).ceil() as usize).min(MAX_CYCLE_STEPS);
         substeps.max(stable.max(cycles).min(max_substeps))
     }
 
