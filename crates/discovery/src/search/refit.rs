@@ -95,11 +95,6 @@ impl<'a> Search<'a> {
         if let Some(known) = self.fitted.iter().find(|set| set.key() == key) {
             return known.clone();
         }
-        self.refit_anew(from, additions, starts)
-    }
-
-    /// As [`refit`](Self::refit), even if the set was fitted before.
-    pub fn refit_anew(&self, from: &Fit, additions: &[Addition], starts: &InitialValues) -> Scored {
         let sample = self.sample();
         let mut h = Hypothesis::new(sample.data, additions);
         let theta = self.initial_theta_for(from, &h, starts);

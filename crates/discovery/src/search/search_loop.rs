@@ -27,8 +27,6 @@ const MIN_SETS_PER_CLASS: usize = 1;
 const MIN_IMPROVEMENT_SHARE: f64 = 0.05;
 /// Maximum number of search rounds. Each adds or exchanges an effect, and a set has at most five.
 const MAX_ROUNDS: usize = 8;
-/// Decrease of the cost (minus twice a log density) from which a second fit of a set replaces the first.
-const MIN_COST_DECREASE: f64 = 1e-3;
 /// Number of best sets among which the choice is repeated on cross-validation folds; the others are far behind.
 const MAX_FOLD_SETS: usize = 8;
 /// p-value of differences between records below which event offsets are fitted as a random effect. It only
@@ -114,9 +112,6 @@ pub(crate) fn run(
     }
     update_best(&mut found);
     if !search.clock.is_over() {
-        fit_subsets(search, &mut found);
-        improve_subsets(search, &mut found);
-        update_best(&mut found);
         complete(search, &mut found);
     }
     found
@@ -335,24 +330,6 @@ fn fit_subsets(search: &Search<'_>, found: &mut SearchResult) {
         .map(|subset| search.refit(&best.fit, &subset, &Vec::new()))
         .collect();
     found.sets.extend(subsets.into_iter().filter(Scored::is_finite));
-}
-
-/// Fits the known subsets of the best set again, from its values. One whose fit had ended in a worse minimum would make the
-/// effect that it lacks look significant.
-fn improve_subsets(search: &Search<'_>, found: &mut SearchResult) {
-    let best = found.best();
-    let known: Vec<usize> = (0..best.additions().len())
-        .map(|number| labels(&without(best.additions(), number)))
-        .filter(|key| !key.is_empty())
-        .filter_map(|key| found.sets.iter().position(|set| set.key() == key))
-        .collect();
-    let refit = |number: &usize| search.refit_anew(&best.fit, found.sets[*number].additions(), &Vec::new());
-    let fitted: Vec<Scored> = known.par_iter().map(refit).collect();
-    for (number, set) in known.into_iter().zip(fitted) {
-        if set.is_finite() && set.fit.cost < found.sets[number].fit.cost - MIN_COST_DECREASE {
-            found.sets[number] = set;
-        }
-    }
 }
 
 /// The additions without the one with this number, and without those that act through it.
