@@ -19,7 +19,7 @@ const LAGS: usize = 4;
 ///
 /// The next sample of an input is regressed on a residual, beside [`LAGS`] samples of the input up to that of the residual and
 /// as many earlier residuals. The noise of a reading does not change the next input without a controller. A model error may
-/// foretell it, so autocorrelated residuals are not tested. A merely proportional controller of a smooth motion is not found: the earlier samples
+/// predict it, so autocorrelated residuals are not tested. A merely proportional controller of a smooth motion is not found: the earlier samples
 /// predict its next input as well.
 pub(crate) fn closed_loops(sample: &ChosenRecords<'_>, set: &Scored) -> Vec<[usize; 2]> {
     if !set.has_white_residuals() {
