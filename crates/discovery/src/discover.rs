@@ -6,7 +6,7 @@ use crate::answer::{AnswerParts, Errors, forecast_limit, measure_errors, nuisanc
 use crate::columns::Family;
 use crate::error_table::ForecastErrors;
 use crate::examples::examples;
-use crate::feedback::closed_loops;
+use crate::feedback::exclude_feedback;
 use crate::fit::{fit, fit_nuisance};
 use crate::formulas::search_formulas;
 use crate::interim::interim;
@@ -25,8 +25,7 @@ use crate::stages::{Judged, SearchStage, search_in, search_with};
 use crate::unknown_inputs::without_unknown_inputs;
 use augsim_data::checks::{CheckedData, check_data};
 use augsim_data::{DataError, Dataset};
-use augsim_system::{Declaration, Effect};
-use std::sync::Arc;
+use augsim_system::Declaration;
 use std::time::Instant;
 
 /// Maximum number of repetitions of the search, done if the effects found change the best window length or the
@@ -151,16 +150,16 @@ fn search(
     let report_share = |observer: &mut dyn Observer, share: f64| {
         observer.report(Progress::Search((1000.0 * share) as u16));
     };
-    let mut searched = search_in(prepared, view, &families, base.clone(), Vec::new(), &mut |share| {
-        report_share(observer, share)
-    });
+    let first_search = |prepared: &Prepared, view, observer: &mut dyn Observer| {
+        let shares = &mut |share| report_share(observer, share);
+        search_in(prepared, view, &families, base.clone(), Vec::new(), shares)
+    };
+    let mut searched = first_search(prepared, view, observer);
     // A model error may have hidden the noise that a controller passes on.
     let without_readings = searched.found.best_without(&|a| a.is_added_to_reading());
     if exclude_feedback(prepared, &searched.view, without_readings) {
         let view = View::new(prepared, &prepared.searched, searched.view.joined);
-        searched = search_in(prepared, view, &families, base, Vec::new(), &mut |share| {
-            report_share(observer, share)
-        });
+        searched = first_search(prepared, view, observer);
     }
     searched = search_memory(prepared, searched);
     for _ in 0..REPEATS {
@@ -185,32 +184,6 @@ fn search(
     }
     report_interim(model, prepared, &searched, None, options, observer);
     search_formulas(prepared, searched, options, observer)
-}
-
-/// Excludes the effects of an input on readings that the input follows, which its controller imitates. Returns whether there
-/// are any.
-fn exclude_feedback(prepared: &mut Prepared, view: &View, base: &Scored) -> bool {
-    if prepared.data.effects.is_closed() {
-        return false;
-    }
-    let system = prepared.data.system.clone();
-    let schema = system.schema();
-    let mut is_changed = false;
-    for [channel, input] in closed_loops(&view.sample(), base) {
-        let [output, input] = [&schema.channels[channel].column, &schema.inputs[input].columns[0]];
-        let imitated =
-            |effect: &&Effect| effect.location == *output && effect.added_to_reading.as_ref() == Some(input);
-        let kinds: Vec<String> = system.library().iter().filter(imitated).map(|e| e.kind.clone()).collect();
-        if !kinds.is_empty() {
-            prepared.notes.push(format!(
-                "the next value of {input} follows each reading of {output}: a controller uses the readings and passes their noise on, or the \
-                 clock of {input} is late; effects of {input} on these readings are not tried"
-            ));
-            Arc::make_mut(&mut prepared.data.effects).exclude.extend(kinds);
-            is_changed = true;
-        }
-    }
-    is_changed
 }
 
 /// Repeats the search with effects that depend on the past, if the residuals exceed the noise or depend on the past, or if

@@ -6,14 +6,43 @@
 
 use crate::fit::ChosenRecords;
 use crate::linear::{Square, dot};
+use crate::prepare::Prepared;
+use crate::records::View;
 use crate::residuals::record_residuals;
 use crate::score::{BLOCKS, Scored};
 use crate::search::ALPHA;
-use crate::statistics::hotelling_tail;
-use augsim_system::Record;
+use crate::statistics::{hotelling_tail, t_of_mean};
+use augsim_system::{Effect, Record};
+use std::sync::Arc;
 
 /// Number of earlier samples of input and residual from which a sample of the input is predicted.
 const LAGS: usize = 4;
+
+/// Excludes the effects of an input on readings that the input follows, which its controller imitates, by the residuals of the
+/// fitted set `set`. Returns whether there are any.
+pub(crate) fn exclude_feedback(prepared: &mut Prepared, view: &View, set: &Scored) -> bool {
+    if prepared.data.effects.is_closed() {
+        return false;
+    }
+    let system = prepared.data.system.clone();
+    let schema = system.schema();
+    let mut is_changed = false;
+    for [channel, input] in closed_loops(&view.sample(), set) {
+        let [output, input] = [&schema.channels[channel].column, &schema.inputs[input].columns[0]];
+        let imitated =
+            |effect: &&Effect| effect.location == *output && effect.added_to_reading.as_ref() == Some(input);
+        let kinds: Vec<String> = system.library().iter().filter(imitated).map(|e| e.kind.clone()).collect();
+        if !kinds.is_empty() {
+            prepared.notes.push(format!(
+                "the next value of {input} follows each reading of {output}: a controller uses the readings and passes their noise on, or the \
+                 clock of {input} is late; effects of {input} on these readings are not tried"
+            ));
+            Arc::make_mut(&mut prepared.data.effects).exclude.extend(kinds);
+            is_changed = true;
+        }
+    }
+    is_changed
+}
 
 /// Pairs of output (channel) and input whose input follows the residuals of the output.
 ///
@@ -21,7 +50,7 @@ const LAGS: usize = 4;
 /// as many earlier residuals. The noise of a reading does not change the next input without a controller. A model error may
 /// predict it, so autocorrelated residuals are not tested. A merely proportional controller of a smooth motion is not found: the earlier samples
 /// predict its next input as well.
-pub(crate) fn closed_loops(sample: &ChosenRecords<'_>, set: &Scored) -> Vec<[usize; 2]> {
+fn closed_loops(sample: &ChosenRecords<'_>, set: &Scored) -> Vec<[usize; 2]> {
     if !set.has_white_residuals() {
         return Vec::new();
     }
@@ -84,10 +113,8 @@ fn p_value(rows: &[Vec<f64>]) -> f64 {
     };
     let scores: Vec<f64> =
         rows.chunks(rows.len().div_ceil(BLOCKS)).map(|block| block.iter().map(score).sum()).collect();
-    let blocks = scores.len() as f64;
-    let mean = scores.iter().sum::<f64>() / blocks;
-    let variance = scores.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / (blocks - 1.0);
-    if variance > 0.0 { hotelling_tail(mean * mean * blocks / variance, 1, blocks - 1.0) } else { 1.0 }
+    let t = t_of_mean(&scores);
+    if t.is_finite() { hotelling_tail(t * t, 1, scores.len() as f64 - 1.0) } else { 1.0 }
 }
 
 #[cfg(test)]

@@ -6,12 +6,8 @@ use crate::prepare::{Prepared, residual_sds};
 use crate::random_effect_test::RandomEffectEstimate;
 use crate::records::View;
 use crate::result::Verdict;
-use crate::score::Scored;
+use crate::score::{BEYOND_NOISE, Scored};
 use crate::search::{Search, SearchResult, run};
-
-/// Ratio of residual standard deviation to noise above which further families of candidates are searched; below it no
-/// prediction would improve.
-const BEYOND_NOISE: f64 = 1.1;
 
 /// A search result with the data that it was searched on and the families of candidates.
 pub(crate) struct SearchStage {

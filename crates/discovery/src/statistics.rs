@@ -117,6 +117,14 @@ pub(crate) fn hotelling_tail(t2: f64, k: usize, freedom: f64) -> f64 {
     if k > 0.0 && rest > 0.0 { f_tail(t2 * rest / (k * freedom), k, rest) } else { 1.0 }
 }
 
+/// Mean of values over its standard error: Student's t, with one degree of freedom less than there are values.
+pub(crate) fn t_of_mean(values: &[f64]) -> f64 {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    mean / (variance / n).sqrt()
+}
+
 /// Two-sided 95 % quantile of Student's t with `df` degrees of freedom. Computed by the third-order expansion
 /// of Abramowitz and Stegun 26.7.5, accurate to 0.3 % from four degrees of freedom on.
 pub(crate) fn student_quantile(df: f64) -> f64 {

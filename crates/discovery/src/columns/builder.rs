@@ -279,8 +279,7 @@ impl<'a> ProblemBuilder<'a> {
             BlockSums { h, g, c: sums[n * (n + 1) + n] }
         };
         let sums: Vec<BlockSums> = (0..blocks).into_par_iter().map(sums_of).collect();
-        let samples =
-            self.rows.windows.iter().map(|w| w.block_and_channel.len() - w.priors).sum::<usize>() as f64;
+        let samples = self.rows.samples() as f64;
         let fitted = (0..self.fitted).collect();
         let mut problem = LinearProblem {
             declared: self.declared,
@@ -299,7 +298,7 @@ impl<'a> ProblemBuilder<'a> {
     fn window(&self, w: usize) -> Vec<f64> {
         let window = &self.rows.windows[w];
         let count = window.block_and_channel.len();
-        let measured = count - window.priors;
+        let measured = window.samples();
         let root = window.weight.sqrt();
         let mut out = Vec::with_capacity(count * (self.width + 1));
         for k in 0..count {

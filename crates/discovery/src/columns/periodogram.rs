@@ -7,7 +7,7 @@
 use super::builder::{ProblemBuilder, batches};
 use crate::addition::Addition;
 use crate::fit::Fit;
-use crate::score::{FitWindows, Rows, Scored};
+use crate::score::{BEYOND_NOISE, FitWindows, Rows, Scored};
 use augsim_system::Per;
 use rayon::prelude::*;
 
@@ -18,8 +18,6 @@ const PEAKS: usize = 5;
 ///
 /// An effect with 1 % of the residual variance gains 20 nats in this many.
 const MAX_SAMPLES: usize = 4096;
-/// Ratio of the residuals to the noise, of a channel, from which periodograms are also computed if the residuals are white.
-const BEYOND_NOISE: f64 = 1.1;
 
 /// Periodic effects of `library` with the parameter values of the highest peaks of their periodograms at a fitted set.
 ///

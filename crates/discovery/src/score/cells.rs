@@ -29,7 +29,7 @@ pub(super) struct Scale {
 
 /// Divides the rows of window `w` into cells: its measured rows by block, and its prior rows by block.
 pub(super) fn cells(w: usize, window: &WindowRows, width: usize) -> Vec<Cell> {
-    let measured = window.block_and_channel.len() - window.priors;
+    let measured = window.samples();
     let mut blocks: Vec<(u16, bool)> =
         window.block_and_channel.iter().enumerate().map(|(k, p)| (p.0, k >= measured)).collect();
     blocks.sort_unstable();

@@ -21,7 +21,7 @@ use super::jackknife::{covariance, distance, freedom, step_without_block};
 use super::rows::{Rows, WindowRows};
 use crate::evaluate::cost_and_weight;
 use crate::linear::Square;
-use crate::statistics::f_tail;
+use crate::statistics::{f_tail, t_of_mean};
 use rayon::prelude::*;
 
 /// Minimum number of independent residuals in a block, where windows extend over several blocks. With a
@@ -143,11 +143,8 @@ impl Evidence {
     /// One-sided p-value of the gain over `other`, by Student's t test on the gains of the blocks.
     pub fn p_value_of_gain(&self, other: &Self) -> f64 {
         let gains = self.gains_over(other);
-        let n = gains.len() as f64;
-        let mean = gains.iter().sum::<f64>() / n;
-        let variance = gains.iter().map(|g| (g - mean).powi(2)).sum::<f64>() / (n - 1.0);
-        let t = mean / (variance / n).sqrt();
-        if t > 0.0 { 0.5 * f_tail(t * t, 1.0, n - 1.0) } else { 1.0 }
+        let t = t_of_mean(&gains);
+        if t > 0.0 { 0.5 * f_tail(t * t, 1.0, gains.len() as f64 - 1.0) } else { 1.0 }
     }
 
     /// Upper bound of the p-value of the gain over `other`, for any distribution of the gains. A likelihood

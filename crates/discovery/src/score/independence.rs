@@ -97,7 +97,7 @@ fn products(rows: &Rows) -> BTreeMap<u16, Products> {
     let width = rows.width;
     let mut by_channel: BTreeMap<u16, Products> = BTreeMap::new();
     for window in &rows.windows {
-        let measured = window.block_and_channel.len() - window.priors;
+        let measured = window.samples();
         let residual = |k: usize| window.values[k * width + width - 1] * window.weight.sqrt();
         let mut first = 0;
         while first < measured {

@@ -14,4 +14,4 @@ pub(crate) use clusters::Clusters;
 pub(crate) use evidence::Evidence;
 pub(crate) use jackknife::{distance, freedom, lag_weight, step_without_block};
 pub(crate) use rows::{FitWindows, Rows, WindowRows};
-pub(crate) use scored::{OUTSIDE_95, Scored, distances_from_nulls, entries_at_bounds};
+pub(crate) use scored::{BEYOND_NOISE, OUTSIDE_95, Scored, distances_from_nulls, entries_at_bounds};

@@ -288,19 +288,25 @@ impl<'a> FitWindows<'a> {
     }
 }
 
+impl WindowRows {
+    /// Number of residuals (measured samples); their rows come before those of priors.
+    pub fn samples(&self) -> usize {
+        self.block_and_channel.len() - self.priors
+    }
+}
+
 impl Rows {
     /// Number of residuals (measured samples).
     pub fn samples(&self) -> usize {
-        self.windows.iter().map(|w| w.block_and_channel.len() - w.priors).sum()
+        self.windows.iter().map(WindowRows::samples).sum()
     }
 
     /// Whether the residuals of a channel, root mean square, exceed the noise by more than the factor `ratio`.
     pub fn exceed_noise(&self, ratio: f64) -> bool {
         let mut sums: Vec<(f64, f64)> = Vec::new();
         for window in &self.windows {
-            let measured = window.block_and_channel.len() - window.priors;
-            let rows = window.values.chunks_exact(self.width).zip(&window.block_and_channel).take(measured);
-            for (row, (_, channel)) in rows {
+            let rows = window.values.chunks_exact(self.width).zip(&window.block_and_channel);
+            for (row, (_, channel)) in rows.take(window.samples()) {
                 let channel = usize::from(*channel);
                 if sums.len() <= channel {
                     sums.resize(channel + 1, (0.0, 0.0));

@@ -15,6 +15,9 @@ use std::cell::LazyCell;
 
 /// Probability that a 95 % interval does not contain the true value.
 pub(crate) const OUTSIDE_95: f64 = 0.05;
+/// Ratio of residual standard deviation to noise, of a channel, above which further families of candidates are searched, and
+/// periodograms computed; below it no prediction would improve.
+pub(crate) const BEYOND_NOISE: f64 = 1.1;
 /// Independent share of the residuals (formula 4) above which they count as white. A period with 1 % of their variance decreases
 /// it to 0.7, by an autocorrelation of 0.01 over 1,000 lags.
 const MIN_WHITE_SHARE: f64 = 0.8;

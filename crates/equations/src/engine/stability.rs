@@ -87,9 +87,6 @@ pub(super) fn fastest_modes<const L: usize>(
     if method != Method::RungeKutta {
         return modes;
     }
-    for (mode, window) in modes.iter_mut().zip(windows) {
-        mode.cycle_rate = system.cycle_rate(window.parameters);
-    }
     let n = system.states();
     let gradient = &system.rate_gradient;
     let times: [f64; L] = std::array::from_fn(|l| windows.get(l).map_or(0.0, |w| w.record.times[w.first]));
@@ -102,8 +99,8 @@ pub(super) fn fastest_modes<const L: usize>(
             }
         }
         let allowed = STABILITY_LIMIT * substeps as f64 / longest_interval_s(window);
-        modes[lane] =
-            FastestMode { cycle_rate: modes[lane].cycle_rate, ..limiting_mode(&jacobian, n, allowed) };
+        modes[lane] = limiting_mode(&jacobian, n, allowed);
+        modes[lane].cycle_rate = system.cycle_rate(window.parameters);
     }
     modes
 }
@@ -153,7 +150,7 @@ fn limiting_mode(jacobian: &[f64], n: usize, allowed: f64) -> FastestMode {
         return FastestMode::default();
     }
     let (rate, state) = fastest_mode(jacobian, n);
-    FastestMode { rate: if rate > allowed { rate } else { 0.0 }, state, cycle_rate: 0.0 }
+    FastestMode { rate: if rate > allowed { rate } else { 0.0 }, state, ..FastestMode::default() }
 }
 
 /// Maximum over the rows of a matrix of the sum of the absolute values.

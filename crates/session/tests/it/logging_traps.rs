@@ -1,10 +1,10 @@
 //! Contract: a controller, a late input, a spring that differs between recordings, and a force with a period are told for what they
 //! are, on recordings of a mass on a spring.
 
+use crate::answers::answer;
 use augsim_data::random_stream;
 use augsim_discovery::{Discovery, Verdict};
-use augsim_equations::model;
-use augsim_session::{DataFrom, DiscoverRequest, Subject, discover};
+use augsim_session::DataFrom;
 use rand_distr::{Distribution, StandardNormal};
 use std::fmt::Write;
 
@@ -51,10 +51,7 @@ impl Rig {
         for recording in 0..RECORDINGS {
             self.record(recording, &mut csv);
         }
-        let data = DataFrom::Table { name: "rig".into(), csv: csv.into_bytes().into() };
-        let subject =
-            Subject::Equations(Box::new(model::parse(MODEL, "rig.toml").unwrap_or_else(|e| panic!("{e}"))));
-        discover(&subject, &data, &DiscoverRequest::default(), &mut |_| {}).expect("an answer")
+        answer(MODEL, &DataFrom::Table { name: "rig".into(), csv: csv.into_bytes().into() })
     }
 
     /// Simulates a recording under steps of the force. The mass is 1.3 kg, the stiffness 95 N/m and the damping 0.9 N s/m.

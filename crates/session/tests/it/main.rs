@@ -5,12 +5,14 @@
 #[path = "../../../../tests/support/programs.rs"]
 mod programs;
 
+// Answers for models and data that a test writes.
+mod answers;
+
 // The page of a discovery.
 mod discovery_page;
 
 // Results of the joints of a robot.
 mod joints;
-mod logging_traps;
 
 // Exported programs follow the engine.
 mod exported;
@@ -20,6 +22,9 @@ mod examples;
 
 // Estimated noise gives prediction bands with the nominal coverage.
 mod noise_bands;
+
+// Traps of logging: controllers, late inputs, recordings that differ.
+mod logging_traps;
 
 // The scatter between recordings with the same inputs.
 mod repeats;

@@ -2,10 +2,10 @@
 //! different starts is no scatter, and what a complete model leaves is not common to the repeats. An effect is named only if
 //! the repeats share it.
 
+use crate::answers::answer;
 use augsim_data::random_stream;
-use augsim_discovery::{Discovery, Verdict};
-use augsim_equations::model;
-use augsim_session::{DataFrom, DiscoverRequest, Subject, discover};
+use augsim_discovery::Verdict;
+use augsim_session::DataFrom;
 use rand_distr::{Distribution, StandardNormal};
 use std::fmt::Write;
 
@@ -43,15 +43,9 @@ fn table(step_K: f64, losses: [f64; 5]) -> DataFrom {
     DataFrom::Table { name: "repeats".into(), csv: csv.into_bytes().into() }
 }
 
-fn discovery(data: &DataFrom) -> Discovery {
-    let subject =
-        Subject::Equations(Box::new(model::parse(MODEL, "block.toml").unwrap_or_else(|e| panic!("{e}"))));
-    discover(&subject, data, &DiscoverRequest::default(), &mut |_| {}).expect("an answer")
-}
-
 #[test]
 fn different_starts_are_no_scatter() {
-    let found = discovery(&table(10.0, [0.0; 5]));
+    let found = answer(MODEL, &table(10.0, [0.0; 5]));
     let repeats = &found.repeats[0];
     assert_eq!(
         (&*repeats.output, &*repeats.unit, repeats.recordings, repeats.sets),
@@ -69,11 +63,11 @@ fn different_starts_are_no_scatter() {
 
 #[test]
 fn only_what_repeats_share_is_named() {
-    let shared = discovery(&table(2.0, [0.01; 5]));
+    let shared = answer(MODEL, &table(2.0, [0.01; 5]));
     let named: Vec<&str> = shared.effects.iter().map(|effect| &*effect.kind).collect();
     assert_eq!(named, ["leak-square"]);
     // A loss that differs from repeat to repeat does not follow from the inputs. A lag imitates it in each repeat.
-    let different = discovery(&table(2.0, [0.004, 0.001, -0.003, -0.002, 0.003]));
+    let different = answer(MODEL, &table(2.0, [0.004, 0.001, -0.003, -0.002, 0.003]));
     assert_eq!((&different.effects[..], different.verdict), (&[][..], Verdict::Unknown));
     let leads: Vec<&str> = different.leads.iter().map(|lead| &*lead.why).collect();
     assert!(leads.contains(&"within the scatter between recordings with the same inputs"), "{leads:?}");
