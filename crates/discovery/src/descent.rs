@@ -42,11 +42,20 @@ const GOOD_STEP_RATIO: f64 = 0.75;
 /// Maximum number of successive good steps before the damping is lowered to try a longer step.
 const MAX_PATIENCE: usize = 8;
 
-/// Whether a fit has stalled, given its best cost after each trial step.
+/// Whether a fit has stalled, given its best cost after each trial step. A fit that found no finite cost has.
 fn is_stalled(costs: &[f64]) -> bool {
     let Some(earlier) = costs.len().checked_sub(STALL_TRIALS) else { return false };
     let now = costs[costs.len() - 1];
-    costs[earlier] - now < STALL_DECREASE.0 + STALL_DECREASE.1 * now.abs()
+    !now.is_finite() || costs[earlier] - now < STALL_DECREASE.0 + STALL_DECREASE.1 * now.abs()
+}
+
+/// Whether a fit cannot reach the cost `target` in `trials` further trial steps, even if it keeps the pace of its last
+/// [`STALL_TRIALS`] ones. Fits become slower, not faster, as they converge.
+fn is_out_of_reach(costs: &[f64], target: f64, trials: usize) -> bool {
+    let Some(earlier) = costs.len().checked_sub(STALL_TRIALS) else { return false };
+    let now = costs[costs.len() - 1];
+    let pace = (costs[earlier] - now) / (STALL_TRIALS - 1) as f64;
+    now - pace * trials as f64 > target
 }
 
 /// Damping of the steps of a minimisation, adapted to their success.
@@ -94,16 +103,22 @@ impl Damping {
     }
 }
 
-/// A minimisation of the cost: whether it changes theta (the shared parameters) or only the nuisances
-/// (initial state, record parameters, event offsets), and its simulations of all records so far.
+/// A minimisation of the cost.
 pub(crate) struct Descent {
+    /// Whether theta (the shared parameters) changes, or only the nuisances (initial state, record parameters, event
+    /// offsets).
     pub moves_theta: bool,
+    /// Number of simulations of all records so far.
     pub work: usize,
+    /// Cost that a result must be below to be of use. The minimisation ends where it cannot be reached.
+    pub target: f64,
+    /// Whether the minimisation ended because its target cannot be reached.
+    pub is_given_up: bool,
 }
 
 impl Descent {
-    pub fn new(moves_theta: bool) -> Self {
-        Self { moves_theta, work: 0 }
+    pub fn new(moves_theta: bool, target: f64) -> Self {
+        Self { moves_theta, work: 0, target, is_given_up: false }
     }
 
     /// Minimises the cost from `state` and returns the best state; further calls continue with the remaining
@@ -129,6 +144,10 @@ impl Descent {
         let is_aborted = |costs: &[f64]| has_rough_starts && moves_theta && is_stalled(costs);
         let (mut damping, mut small_steps, mut costs) = (Damping::new(), 0, vec![state.q]);
         while self.work < max_work && !is_aborted(&costs) && !sample.data.clock.is_over() {
+            if moves_theta && is_out_of_reach(&costs, self.target, max_work - self.work) {
+                self.is_given_up = true;
+                break;
+            }
             let mut is_accepted = false;
             let mut rejected: Option<Step> = None;
             let plain = match moves_theta {
@@ -188,6 +207,16 @@ mod tests {
         let falling = |by: f64| -> Vec<f64> { (0..20).map(|k| 1000.0 - by * f64::from(k)).collect() };
         assert!(is_stalled(&falling(0.05)) && !is_stalled(&falling(0.2)));
         assert!(!is_stalled(&falling(0.05)[..5]), "too few trials");
+        assert!(is_stalled(&[f64::INFINITY; STALL_TRIALS]), "no finite cost");
+    }
+
+    #[test]
+    fn a_target_is_out_of_reach_if_the_present_pace_does_not_lead_to_it() {
+        let costs: Vec<f64> = (0..STALL_TRIALS).map(|k| 1000.0 - 2.0 * k as f64).collect();
+        let end = 1000.0 - 2.0 * (STALL_TRIALS - 1) as f64;
+        assert!(is_out_of_reach(&costs, end - 41.0, 20) && !is_out_of_reach(&costs, end - 39.0, 20));
+        assert!(!is_out_of_reach(&costs, f64::INFINITY, 20), "any cost is of use");
+        assert!(!is_out_of_reach(&costs[1..], 0.0, 1), "too few trials");
     }
 
     #[test]

@@ -79,7 +79,20 @@ pub(crate) fn fit(
     theta: &[f64],
     nuisance: &[Vec<f64>],
 ) -> Fit {
-    fit_with(sample, hypothesis, theta, nuisance, true)
+    fit_below(sample, hypothesis, theta, nuisance, f64::INFINITY)
+}
+
+/// As [`fit`], but ends early where the fit cannot reach a cost below `target`. With a random effect every fit is
+/// completed, because its cost changes with the standard deviation of the random effect.
+pub(crate) fn fit_below(
+    sample: &ChosenRecords<'_>,
+    hypothesis: &Hypothesis,
+    theta: &[f64],
+    nuisance: &[Vec<f64>],
+    target: f64,
+) -> Fit {
+    let target = if hypothesis.scatter.is_some() { f64::INFINITY } else { target };
+    fit_with(sample, hypothesis, theta, nuisance, &|| Descent::new(true, target))
 }
 
 /// Fits the nuisances (initial states, record parameters, event offsets) at fixed shared parameters and
@@ -90,7 +103,7 @@ pub(crate) fn fit_nuisance(
     theta: &[f64],
     nuisance: &[Vec<f64>],
 ) -> Fit {
-    fit_with(sample, hypothesis, theta, nuisance, false)
+    fit_with(sample, hypothesis, theta, nuisance, &|| Descent::new(false, f64::INFINITY))
 }
 
 /// Initial nuisances of windows: those in `known`, and rough initial states for the windows beyond it.
@@ -122,7 +135,7 @@ fn fit_with(
     hypothesis: &Hypothesis,
     theta: &[f64],
     nuisance: &[Vec<f64>],
-    move_theta: bool,
+    new_descent: &dyn Fn() -> Descent,
 ) -> Fit {
     sample.data.work.count_fit();
     let mut h = hypothesis.clone();
@@ -140,8 +153,11 @@ fn fit_with(
     state = restart_lost_windows(sample, &h, &lanes, state, max_weight);
     let mut changes: Vec<f64> = Vec::new();
     for _ in 0..MAX_SCATTER_STEPS {
-        let mut descent = Descent::new(move_theta);
+        let mut descent = new_descent();
         state = descent.minimise(sample, &h, &lanes, state);
+        if descent.is_given_up {
+            break;
+        }
         if h.system.starts_from_first_samples() {
             // With the improved parameters a restart may recover windows that were lost before.
             let cost_before = state.q;
@@ -151,7 +167,7 @@ fn fit_with(
                 state = descent.minimise(sample, &h, &lanes, state);
             }
         }
-        let Some(scatter) = h.scatter.filter(|_| move_theta) else {
+        let Some(scatter) = h.scatter.filter(|_| descent.moves_theta) else {
             break;
         };
         let spread = offset_spread(&h, &lanes, &state.normals, &state.nuisance, scatter.sd);

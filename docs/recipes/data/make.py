@@ -20,7 +20,7 @@ def write(path, column, digits, records):
         file.write(f"trajectory,t_s,{column}\n")
         for name, rows in enumerate(records, 1):
             for t, value in rows:
-                file.write(f"{name},{t:.2f},{value:.{digits}f}\n")
+                file.write(f"{name},{t:.3f},{value:.{digits}f}\n")
 
 rng = random.Random(7)
 # A steel blade that bends: 60 1/s² of stiffness, 0.4 1/s of damping, and a stiffness that grows, 9000 1/(m² s²).

@@ -4,7 +4,7 @@ use crate::addition::{Addition, labels};
 use crate::calibrate::calibration_start;
 use crate::columns::{Family, library_candidates};
 use crate::evaluate::{Lanes, rough_event_value};
-use crate::fit::{ChosenRecords, Fit, fit};
+use crate::fit::{ChosenRecords, Fit, fit, fit_below};
 use crate::hypothesis::Hypothesis;
 use crate::options::Clock;
 use crate::records::View;
@@ -127,7 +127,7 @@ impl<'a> Search<'a> {
             }
             let mut start = theta.to_vec();
             start[entries].copy_from_slice(values);
-            let other = fit(&self.sample(), &best.hypothesis, &start, &best.nuisance);
+            let other = fit_below(&self.sample(), &best.hypothesis, &start, &best.nuisance, best.cost);
             if other.cost < best.cost {
                 best = other;
             }
@@ -141,7 +141,10 @@ impl<'a> Search<'a> {
     fn retry_shapes(&self, found: Fit, starts: &InitialValues) -> Fit {
         let system = self.system();
         let mut best = found;
-        for (addition, start) in starts {
+        for (k, (addition, start)) in starts.iter().enumerate() {
+            if starts[..k].iter().any(|(earlier, _)| earlier == addition) {
+                continue;
+            }
             // With values by group the shape was fitted before, with one value.
             let Addition::Effect(listed, Per::All) = addition else { continue };
             let Some(number) = best.hypothesis.additions.iter().position(|a| a == addition) else { continue };
@@ -161,7 +164,8 @@ impl<'a> Search<'a> {
                     let value = if k < amplitudes { start[k] } else { point[k] };
                     theta[i] = value.clamp(bounds[i].0, bounds[i].1);
                 }
-                let other = fit(&self.sample(), &best.hypothesis, &theta, &best.nuisance);
+                let other =
+                    fit_below(&self.sample(), &best.hypothesis, &theta, &best.nuisance, best.cost);
                 if other.cost < best.cost {
                     best = other;
                 }
