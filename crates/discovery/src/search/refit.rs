@@ -164,8 +164,7 @@ impl<'a> Search<'a> {
                     let value = if k < amplitudes { start[k] } else { point[k] };
                     theta[i] = value.clamp(bounds[i].0, bounds[i].1);
                 }
-                let other =
-                    fit_below(&self.sample(), &best.hypothesis, &theta, &best.nuisance, best.cost);
+                let other = fit_below(&self.sample(), &best.hypothesis, &theta, &best.nuisance, best.cost);
                 if other.cost < best.cost {
                     best = other;
                 }
