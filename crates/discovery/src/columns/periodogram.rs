@@ -37,8 +37,8 @@ pub(super) fn strongest_cycles<'l>(
     let (places, rows) = (places.at_every(thinning, &fit), rows.at_every(thinning));
     let builder = ProblemBuilder::new(&places, &rows, set);
     let declared = builder.declared_products();
-    let system = &*set.fit.hypothesis.system;
-    let of_effect = |addition: &'l Addition| {
+    let (system, sample) = (&*set.fit.hypothesis.system, places.sample);
+    let of_effect = |addition: &'l Addition| -> Vec<(&'l Addition, Vec<f64>)> {
         let Addition::Effect(listed, Per::All) = addition else { return Vec::new() };
         let points: Vec<_> =
             system.cycle_points(listed.index).into_iter().map(|point| (addition, point)).collect();
@@ -46,8 +46,14 @@ pub(super) fn strongest_cycles<'l>(
             let columns = builder.slopes(batch);
             columns.iter().map(|(g, columns)| builder.gain(g.columns.len(), columns, &declared)).collect()
         };
-        let gains: Vec<f64> = batches(&points).par_iter().flat_map(gains_of).collect();
-        peaks(&gains).into_iter().filter_map(|k| points.get(k).cloned()).collect()
+        let find = || {
+            let gains: Vec<f64> = batches(&points).par_iter().flat_map(gains_of).collect();
+            let highest =
+                peaks(&gains).into_iter().filter_map(|k| points.get(k)).map(|(_, point)| point.clone());
+            (!sample.data.clock.is_over()).then(|| highest.collect())
+        };
+        let peaks = set.cycle_peaks.of(addition, find);
+        peaks.into_iter().map(|point| (addition, point)).collect()
     };
     builder.candidates(library).flat_map(of_effect).collect()
 }

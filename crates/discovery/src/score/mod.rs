@@ -3,6 +3,7 @@
 mod blocks;
 mod cells;
 mod clusters;
+mod cycle_peaks;
 mod evidence;
 mod independence;
 mod jackknife;

@@ -1,6 +1,7 @@
 //! A fitted set of additions with its scores.
 
 use super::blocks::Blocks;
+use super::cycle_peaks::CyclePeaks;
 use super::evidence::Evidence;
 use super::rows::FitWindows;
 use crate::addition::{Addition, labels};
@@ -27,6 +28,7 @@ const MIN_WHITE_SHARE: f64 = 0.8;
 pub(crate) struct Scored {
     pub fit: Fit,
     pub evidence: Evidence,
+    pub cycle_peaks: CyclePeaks,
 }
 
 impl Scored {
@@ -39,7 +41,7 @@ impl Scored {
         let rows = FitWindows::new(sample, &fit).rows(blocks);
         let held = entries_at_bounds(&fit);
         let evidence = Evidence::new(&rows, blocks, &held, &distances_from_nulls(&fit));
-        Self { fit, evidence }
+        Self { fit, evidence, cycle_peaks: CyclePeaks::default() }
     }
 
     pub fn additions(&self) -> &[Addition] {
