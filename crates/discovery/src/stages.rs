@@ -7,7 +7,7 @@ use crate::random_effect_test::RandomEffectEstimate;
 use crate::records::View;
 use crate::result::Verdict;
 use crate::score::{BEYOND_NOISE, Scored};
-use crate::search::{Search, SearchResult, run_from_part};
+use crate::search::{Search, SearchResult, run};
 
 /// A search result with the data that it was searched on and the families of candidates.
 pub(crate) struct SearchStage {
@@ -57,7 +57,7 @@ pub(crate) fn search_in(
     known_sets: Vec<Scored>,
     report_share: &mut dyn FnMut(f64),
 ) -> SearchStage {
-    let found = run_from_part(&Search::new(&view, families, &prepared.clock), base, known_sets, report_share);
+    let found = run(&Search::new(&view, families, &prepared.clock), base, known_sets, report_share);
     SearchStage { view, families: families.to_vec(), found }
 }
 
@@ -72,10 +72,10 @@ pub(crate) fn search_with(prepared: &Prepared, searched: &SearchStage, family: F
     let mut known_sets: Vec<Scored> = found.sets[1..].to_vec();
     if !found.best().additions().is_empty() {
         search.fitted = &found.sets[1..];
-        let afresh = run_from_part(&search, found.base().clone(), Vec::new(), &mut |_| {});
+        let afresh = run(&search, found.base().clone(), Vec::new(), &mut |_| {});
         let is_new = |set: &Scored| found.with_key(&set.key()).is_none();
         known_sets.extend(afresh.sets.into_iter().filter(is_new));
     }
-    let found = run_from_part(&search, found.base().clone(), known_sets, &mut |_| {});
+    let found = run(&search, found.base().clone(), known_sets, &mut |_| {});
     SearchStage { view: view.clone(), families, found }
 }

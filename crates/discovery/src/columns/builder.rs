@@ -259,9 +259,8 @@ impl<'a> ProblemBuilder<'a> {
         self.width += count;
     }
 
-    /// Completes the linear problem: forms the sums of products by block and drops repeated columns. `samples` is the number
-    /// of residuals of which a gain is given.
-    pub(super) fn finish(mut self, blocks: usize, samples: f64, independent: f64) -> LinearProblem {
+    /// Completes the linear problem: forms the sums of products by block and drops repeated columns.
+    pub(super) fn finish(mut self, blocks: usize, independent: f64) -> LinearProblem {
         self.keep_strongest();
         let n = self.width;
         let rows: Vec<Vec<f64>> =
@@ -280,6 +279,7 @@ impl<'a> ProblemBuilder<'a> {
             BlockSums { h, g, c: sums[n * (n + 1) + n] }
         };
         let sums: Vec<BlockSums> = (0..blocks).into_par_iter().map(sums_of).collect();
+        let samples = self.rows.samples() as f64;
         let fitted = (0..self.fitted).collect();
         let mut problem = LinearProblem {
             declared: self.declared,

@@ -5,12 +5,9 @@ use crate::prepare::Prepared;
 use crate::record::ChosenRecords;
 use crate::record::{Measured, Record};
 use crate::records::parts::{windows_as_record, with_part_weights};
-use crate::score::{BLOCKS, Blocks};
+use crate::score::Blocks;
 use augsim_system::Window;
 use std::sync::Arc;
-
-/// Largest share of the data for which a search on a part of them saves time: it is repeated on all of them.
-const MAX_SHARE_OF_PART: f64 = 0.4;
 
 /// Records divided into windows of one length, and the blocks that are left out in turn.
 #[derive(Clone)]
@@ -49,30 +46,6 @@ impl View {
 
     pub fn sample(&self) -> ChosenRecords<'_> {
         ChosenRecords { data: &self.data, chosen: &self.chosen, correlation: self.correlation }
-    }
-
-    /// About `samples` samples in whole records, spread over all, and the indices of their windows.
-    ///
-    /// `None` unless there are many records without groups, of a system whose fits are long. The records are chosen at
-    /// irregular distances (multiples of the golden ratio), so that no periodic experiment is always met in the same phase.
-    pub fn part(&self, samples: usize) -> Option<(Self, Vec<usize>)> {
-        const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
-        let all = self.sample();
-        let total: usize = all.records().map(|r| r.data.times.len()).sum();
-        let share = samples as f64 / total as f64;
-        let is_possible = self.data.system.starts_from_first_samples() && self.data.groups.len() == 1;
-        if !is_possible || share > MAX_SHARE_OF_PART || share * (self.chosen.len() as f64) < BLOCKS as f64 {
-            return None;
-        }
-        let is_of_part = |at: &usize| (*at as f64 * GOLDEN_RATIO).fract() < share;
-        let positions: Vec<usize> = (0..self.chosen.len()).filter(is_of_part).collect();
-        let chosen: Vec<usize> = positions.iter().map(|at| self.chosen[*at]).collect();
-        let ranges = all.windows_by_record();
-        let windows = positions.iter().flat_map(|at| ranges[*at].clone()).collect();
-        let recordings = if self.blocks.are_adjacent { 1 } else { chosen.len() };
-        let sample = ChosenRecords { data: &self.data, chosen: &chosen, correlation: self.correlation };
-        let blocks = Blocks::new(&sample, recordings);
-        Some((Self { data: self.data.clone(), chosen, blocks, ..*self }, windows))
     }
 
     /// Window lengths that are tried, in numbers of the shortest windows: 1, its doublings, and that of the

@@ -155,12 +155,6 @@ impl<'a> FitWindows<'a> {
         Self { sample, fit, windows, chosen, lanes }
     }
 
-    /// The fit with the nuisances (initial state, record parameters, event offsets) of every `step`-th window alone.
-    pub fn fit_at_every(&self, step: usize) -> Fit {
-        let nuisance = self.fit.nuisance.iter().step_by(step).cloned().collect();
-        Fit { nuisance, ..self.fit.clone() }
-    }
-
     /// Every `step`-th window; `fit` contains the nuisances (initial state, record parameters, event offsets) of these alone.
     pub fn at_every<'b>(&self, step: usize, fit: &'b Fit) -> FitWindows<'b>
     where

@@ -15,8 +15,6 @@ use augsim_system::{Per, ScatterPer, System};
 
 /// Level of the whole search: probability that an effect is named although the model is complete.
 pub(crate) const ALPHA: f64 = 0.01;
-/// Difference of costs below which two fits from different starts count as the same minimum: a decrease by less ends a fit.
-const SAME_COST: f64 = 0.5;
 /// Maximum initial offset of the events' parameter, in units of the largest standard deviation of its random
 /// effect.
 const MAX_INITIAL_OFFSET: f64 = 0.6;
@@ -53,8 +51,6 @@ pub(crate) struct Search<'a> {
     pub candidates: f64,
     /// Sets that an earlier search fitted to the same data. They are not fitted again.
     pub fitted: &'a [Scored],
-    /// Keys of sets that are not fitted, because other data exclude them.
-    pub excluded: Vec<Vec<String>>,
     pub clock: Clock,
 }
 
@@ -64,25 +60,7 @@ impl<'a> Search<'a> {
         let library: Vec<Addition> =
             families.iter().flat_map(|family| library_candidates(data, &view.blocks, *family)).collect();
         let candidates = library.len() as f64 + 2.0;
-        let families = families.to_vec();
-        Self { view, library, families, candidates, fitted: &[], excluded: Vec::new(), clock: clock.clone() }
-    }
-
-    /// The same search on the data in `view`, which does not fit the sets with the keys `excluded`.
-    pub fn on<'v>(&self, view: &'v View, excluded: Vec<Vec<String>>) -> Search<'v>
-    where
-        'a: 'v,
-    {
-        let is_same_data = std::ptr::eq(view, self.view);
-        Search {
-            view,
-            library: self.library.clone(),
-            families: self.families.clone(),
-            candidates: self.candidates,
-            fitted: if is_same_data { self.fitted } else { &[] },
-            excluded,
-            clock: self.clock.clone(),
-        }
+        Self { view, library, families: families.to_vec(), candidates, fitted: &[], clock: clock.clone() }
     }
 
     /// Penalty of an effect tried at one grid point: the log odds against one of this many candidates by
@@ -157,8 +135,8 @@ impl<'a> Search<'a> {
         best
     }
 
-    /// Refits from other grid points if a shape parameter of a new effect reached a bound, until one leads to the same
-    /// minimum, and keeps the best fit. Far from the solution, a jump fits better the narrower it is, so that its width shrinks to
+    /// Refits from other grid points if a shape parameter of a new effect reached a bound, and keeps the
+    /// better fit. Far from the solution, a jump fits better the narrower it is, so that its width shrinks to
     /// the bound.
     fn retry_shapes(&self, found: Fit, starts: &InitialValues) -> Fit {
         let system = self.system();
@@ -187,12 +165,8 @@ impl<'a> Search<'a> {
                     theta[i] = value.clamp(bounds[i].0, bounds[i].1);
                 }
                 let other = fit_below(&self.sample(), &best.hypothesis, &theta, &best.nuisance, best.cost);
-                let is_same_minimum = (other.cost - best.cost).abs() < SAME_COST;
                 if other.cost < best.cost {
                     best = other;
-                }
-                if is_same_minimum {
-                    break;
                 }
             }
         }

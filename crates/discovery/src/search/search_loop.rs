@@ -18,7 +18,7 @@ const MAX_EQUAL_SETS: usize = 4;
 const MAX_OTHER_SETS: usize = 3;
 /// Maximum deficit of a set behind the present one in the linear problem for it to be refitted, nats (odds of
 /// 100 to 1).
-pub(super) const MAX_DEFICIT: f64 = 4.6;
+const MAX_DEFICIT: f64 = 4.6;
 /// Number of sets of each class that are refitted even beyond [`MAX_DEFICIT`], because the linear problem is
 /// approximate. The classes are one effect more than the best set, as many, and any other number, each with and
 /// without effects that depend on the past.
@@ -27,8 +27,8 @@ const MIN_SETS_PER_CLASS: usize = 1;
 const MIN_IMPROVEMENT_SHARE: f64 = 0.05;
 /// Maximum number of search rounds. Each adds or exchanges an effect, and a set has at most five.
 const MAX_ROUNDS: usize = 8;
-/// Number of best sets among which the choice is repeated on other data; the others are far behind.
-pub(super) const MAX_REPEATED_SETS: usize = 8;
+/// Number of best sets among which the choice is repeated on cross-validation folds; the others are far behind.
+const MAX_FOLD_SETS: usize = 8;
 /// p-value of differences between records below which event offsets are fitted as a random effect. It only
 /// saves fits, as the fit itself decides.
 const MAX_P_EVENTS_VARY: f64 = 1e-3;
@@ -136,7 +136,7 @@ pub(crate) fn repeat_choice(search: &Search<'_>, base: Scored, known: &SearchRes
         keys.push(key);
         is_new
     });
-    order.truncate(MAX_REPEATED_SETS);
+    order.truncate(MAX_FOLD_SETS);
     let refit = |n: &usize| {
         let from = &known.sets[*n].fit;
         let starts = fit_nuisance(&search.sample(), &from.hypothesis, &from.theta, &[]);
@@ -195,10 +195,9 @@ fn is_cyclic(found: &SearchResult, next: usize) -> bool {
 fn sets_to_refit(search: &Search<'_>, found: &SearchResult) -> Vec<(Vec<Addition>, InitialValues)> {
     let best = found.best();
     let sample = search.sample();
-    let problem = LinearProblem::for_ranking(&sample, &search.view.blocks, best, &search.library);
+    let problem = LinearProblem::new(&sample, &search.view.blocks, best, &search.library);
     let chosen = select(&problem, found.penalty);
-    let fitted_keys = found.sets.iter().map(Scored::key);
-    let mut known_keys: Vec<Vec<String>> = fitted_keys.chain(search.excluded.iter().cloned()).collect();
+    let mut known_keys: Vec<Vec<String>> = found.sets.iter().map(Scored::key).collect();
     let mut out: Vec<(Vec<Addition>, InitialValues)> = Vec::new();
     let present = chosen.iter().find(|c| c.groups == problem.fitted).map_or(0.0, |c| c.value);
     let largest = chosen.first().map_or(0.0, |c| c.value);
