@@ -50,7 +50,10 @@ fn is_stalled(costs: &[f64]) -> bool {
 }
 
 /// Whether a fit cannot reach the cost `target` in `trials` further trial steps, even if it keeps the pace of its last
-/// [`STALL_TRIALS`] ones. Fits become slower, not faster, as they converge.
+/// [`STALL_TRIALS`] ones.
+///
+/// Fits mostly become slower as they converge, but after a curved valley one can become faster again. So this ends only fits
+/// from further starts, of sets that have a fit already.
 fn is_out_of_reach(costs: &[f64], target: f64, trials: usize) -> bool {
     let Some(earlier) = costs.len().checked_sub(STALL_TRIALS) else { return false };
     let now = costs[costs.len() - 1];
