@@ -60,9 +60,10 @@ fn row(page: &mut String, cells: [String; 5]) {
 const OF_RECORDINGS: &str = "
 ## Of recordings, whatever the system
 
-`frame-clock`: time stamps jitter about the frames of one clock. `discover` puts the samples on the frames where the motion between
-neighbouring samples is then smoother by five standard errors, and says so beside the noise (`noise.frame_s`, the time from one frame
-to the next; `noise.jitter_s`). `data convert --frame-clock` does the same for measured sets.
+`frame-clock`: time stamps jitter about the frames of one clock, or are rounded (30 frames a second, stamps with two decimals).
+`discover` puts the samples on the frames where the motion between neighbouring samples is then smoother by five standard errors, and
+says so beside the noise (`noise.frame_s`, the time from one frame to the next; `noise.jitter_s`). `data convert --frame-clock` does the
+same for measured sets.
 ";
 
 const COLUMNS: [&str; 5] = ["kind", "formula", "parameters", "equivalent on some data", "source"];
