@@ -124,10 +124,10 @@ pub(crate) fn complete(search: &Search<'_>, found: &mut SearchResult) {
 }
 
 /// Repeats the choice on other data: refits the best sets of a search there, warm-started, and selects among
-/// them. The best sets are those nearest to the best one, which itself is the first.
+/// them.
 pub(crate) fn repeat_choice(search: &Search<'_>, base: Scored, known: &SearchResult) -> SearchResult {
     let mut order: Vec<usize> = (1..known.sets.len()).collect();
-    let margin = |n: usize| known.margin(&known.sets[n], known.best());
+    let margin = |n: usize| known.margin(&known.sets[n], known.base());
     order.sort_by(|a, b| margin(*b).total_cmp(&margin(*a)).then(a.cmp(b)));
     let mut keys: Vec<Vec<String>> = Vec::new();
     order.retain(|n| {
