@@ -9,6 +9,7 @@
 
 use crate::dataset::Dataset;
 use crate::error::DataError;
+use crate::statistics::median;
 use crate::trajectory::Trajectory;
 
 /// Largest relative difference between the frame period and the median time step in the grid search.
@@ -86,9 +87,7 @@ impl FrameClock {
 /// Median over all stamps of the mean of `lag` successive time steps, s; `None` without so many steps.
 fn median_step(clocks: &[&[f64]], lag: usize) -> Option<f64> {
     let mean = |w: &[f64]| (w[lag] - w[0]) / lag as f64;
-    let mut steps: Vec<f64> = clocks.iter().flat_map(|t| t.windows(lag + 1).map(mean)).collect();
-    steps.sort_by(f64::total_cmp);
-    steps.get(steps.len() / 2).copied()
+    median(&mut clocks.iter().flat_map(|t| t.windows(lag + 1).map(mean)).collect::<Vec<f64>>())
 }
 
 /// Periods about `step`, s, at which the last of the stamps over `longest` s moves by [`GRID_SPACING`] frames from one to

@@ -92,7 +92,7 @@ pub(crate) fn fit_below(
     target: f64,
 ) -> Fit {
     let target = if hypothesis.scatter.is_some() { f64::INFINITY } else { target };
-    fit_with(sample, hypothesis, theta, nuisance, &|| Descent::new(true, target))
+    fit_with(sample, hypothesis, theta, nuisance, true, target)
 }
 
 /// Fits the nuisances (initial states, record parameters, event offsets) at fixed shared parameters and
@@ -103,7 +103,7 @@ pub(crate) fn fit_nuisance(
     theta: &[f64],
     nuisance: &[Vec<f64>],
 ) -> Fit {
-    fit_with(sample, hypothesis, theta, nuisance, &|| Descent::new(false, f64::INFINITY))
+    fit_with(sample, hypothesis, theta, nuisance, false, f64::INFINITY)
 }
 
 /// Initial nuisances of windows: those in `known`, and rough initial states for the windows beyond it.
@@ -135,7 +135,8 @@ fn fit_with(
     hypothesis: &Hypothesis,
     theta: &[f64],
     nuisance: &[Vec<f64>],
-    new_descent: &dyn Fn() -> Descent,
+    move_theta: bool,
+    target: f64,
 ) -> Fit {
     sample.data.work.count_fit();
     let mut h = hypothesis.clone();
@@ -153,7 +154,7 @@ fn fit_with(
     state = restart_lost_windows(sample, &h, &lanes, state, max_weight);
     let mut changes: Vec<f64> = Vec::new();
     for _ in 0..MAX_SCATTER_STEPS {
-        let mut descent = new_descent();
+        let mut descent = Descent::new(move_theta, target);
         state = descent.minimise(sample, &h, &lanes, state);
         if descent.is_given_up {
             break;
@@ -167,7 +168,7 @@ fn fit_with(
                 state = descent.minimise(sample, &h, &lanes, state);
             }
         }
-        let Some(scatter) = h.scatter.filter(|_| descent.moves_theta) else {
+        let Some(scatter) = h.scatter.filter(|_| move_theta) else {
             break;
         };
         let spread = offset_spread(&h, &lanes, &state.normals, &state.nuisance, scatter.sd);

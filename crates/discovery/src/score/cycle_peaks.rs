@@ -17,15 +17,10 @@ impl CyclePeaks {
         let label = effect.label();
         let lock = || self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let known = lock().get(&label).cloned();
-        if let Some(known) = known {
-            return known;
-        }
         // Two threads may compute the same peaks, but none waits for another.
-        let found = find();
-        found.iter().for_each(|peaks| {
-            lock().insert(label.clone(), peaks.clone());
-        });
-        found.unwrap_or_default()
+        let Some(peaks) = known.or_else(find) else { return Vec::new() };
+        lock().insert(label, peaks.clone());
+        peaks
     }
 }
 

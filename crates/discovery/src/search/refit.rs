@@ -118,21 +118,25 @@ impl<'a> Search<'a> {
     fn retry_starts(&self, found: Fit, theta: &[f64], starts: &InitialValues) -> Fit {
         let mut best = found;
         for (k, (addition, values)) in starts.iter().enumerate() {
-            let is_first = starts[..k].iter().all(|(earlier, _)| earlier != addition);
             let number = best.hypothesis.additions.iter().position(|a| a == addition);
-            let Some(number) = number.filter(|_| !is_first && !self.clock.is_over()) else { continue };
+            let Some(number) = number.filter(|_| !is_first_start(starts, k) && !self.clock.is_over()) else {
+                continue;
+            };
             let entries = best.hypothesis.entries_of_addition(number);
             if entries.len() != values.len() {
                 continue;
             }
             let mut start = theta.to_vec();
             start[entries].copy_from_slice(values);
-            let other = fit_below(&self.sample(), &best.hypothesis, &start, &best.nuisance, best.cost);
-            if other.cost < best.cost {
-                best = other;
-            }
+            best = self.better_from(best, &start);
         }
         best
+    }
+
+    /// The better one of a fit and another of the same set that starts from `theta`.
+    fn better_from(&self, best: Fit, theta: &[f64]) -> Fit {
+        let other = fit_below(&self.sample(), &best.hypothesis, theta, &best.nuisance, best.cost);
+        if other.cost < best.cost { other } else { best }
     }
 
     /// Refits from other grid points if a shape parameter of a new effect reached a bound, and keeps the
@@ -142,11 +146,11 @@ impl<'a> Search<'a> {
         let system = self.system();
         let mut best = found;
         for (k, (addition, start)) in starts.iter().enumerate() {
-            if starts[..k].iter().any(|(earlier, _)| earlier == addition) {
-                continue;
-            }
             // With values by group the shape was fitted before, with one value.
             let Addition::Effect(listed, Per::All) = addition else { continue };
+            if !is_first_start(starts, k) {
+                continue;
+            }
             let Some(number) = best.hypothesis.additions.iter().position(|a| a == addition) else { continue };
             let entries = best.hypothesis.entries_of_addition(number);
             let amplitudes = listed.effect.amplitude_count.unwrap_or(entries.len());
@@ -164,10 +168,7 @@ impl<'a> Search<'a> {
                     let value = if k < amplitudes { start[k] } else { point[k] };
                     theta[i] = value.clamp(bounds[i].0, bounds[i].1);
                 }
-                let other = fit_below(&self.sample(), &best.hypothesis, &theta, &best.nuisance, best.cost);
-                if other.cost < best.cost {
-                    best = other;
-                }
+                best = self.better_from(best, &theta);
             }
         }
         best
@@ -274,4 +275,9 @@ impl<'a> Search<'a> {
         let kind = addition.listed()?.reduces_to.as_ref()?;
         self.library.iter().find(|a| a.kind() == kind && matches!(a, Addition::Effect(_, Per::All))).cloned()
     }
+}
+
+/// Whether entry `k` of the initial values is the first of its addition.
+fn is_first_start(starts: &InitialValues, k: usize) -> bool {
+    starts[..k].iter().all(|(earlier, _)| *earlier != starts[k].0)
 }
