@@ -34,6 +34,7 @@ mod interim;
 mod interval;
 mod judge;
 mod linear;
+mod linear_problem;
 #[cfg(test)]
 mod linear_toy;
 mod noise;

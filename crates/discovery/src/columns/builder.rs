@@ -1,10 +1,11 @@
 //! Builder of a linear problem: simulates the candidates, and collects the columns of their changes.
 
 use super::candidates::can_join;
-use super::group::{ColumnGroup, ColumnKind, acting_points, null_points};
-use super::linear_problem::{BlockSums, LinearProblem, MIN_INDEPENDENT_SHARE};
 use crate::addition::Addition;
 use crate::linear::Square;
+use crate::linear_problem::{
+    BlockSums, ColumnGroup, ColumnKind, LinearProblem, MIN_INDEPENDENT_SHARE, acting_points, null_points,
+};
 use crate::score::{FitWindows, Rows, Scored, distances_from_nulls};
 use augsim_linear::gram_of_rows;
 use augsim_system::{ModelTerm, Per};

@@ -1,15 +1,21 @@
 //! The linear problem at a fitted set, from the columns of all candidates.
 
 use super::builder::ProblemBuilder;
-use super::linear_problem::LinearProblem;
 use super::periodogram::strongest_cycles;
-use crate::addition::Addition;
+use crate::addition::{Addition, labels};
+use crate::linear_problem::LinearProblem;
 use crate::record::ChosenRecords;
 use crate::score::{Blocks, FitWindows, Scored};
+use std::sync::Arc;
 
-impl LinearProblem {
-    /// Creates the linear problem at the fitted set `set`, with the candidates `library`.
-    pub fn new(sample: &ChosenRecords<'_>, blocks: &Blocks, set: &Scored, library: &[Addition]) -> Self {
+/// The linear problem at the fitted set `set`, with the candidates `library`. It is kept with the set.
+pub(crate) fn linearise(
+    sample: &ChosenRecords<'_>,
+    blocks: &Blocks,
+    set: &Scored,
+    library: &[Addition],
+) -> Arc<LinearProblem> {
+    let build = || {
         let places = FitWindows::new(sample, &set.fit);
         let rows = places.rows(blocks);
         let cycles = strongest_cycles(&places, &rows, set, library);
@@ -17,6 +23,7 @@ impl LinearProblem {
         builder.add_slopes(library, &cycles);
         builder.add_changes(library);
         builder.add_splits(library);
-        builder.finish(blocks.count, set.evidence.independence.share)
-    }
+        Arc::new(builder.finish(blocks.count, set.evidence.independence.share))
+    };
+    set.problems.of(labels(library), build, || !sample.data.clock.is_over())
 }

@@ -50,9 +50,9 @@ pub(super) fn strongest_cycles<'l>(
             let gains: Vec<f64> = batches(&points).par_iter().flat_map(gains_of).collect();
             let highest =
                 peaks(&gains).into_iter().filter_map(|k| points.get(k)).map(|(_, point)| point.clone());
-            (!sample.data.clock.is_over()).then(|| highest.collect())
+            highest.collect()
         };
-        let peaks = set.cycle_peaks.of(addition, find);
+        let peaks = set.cycle_peaks.of(addition.label(), find, || !sample.data.clock.is_over());
         peaks.into_iter().map(|point| (addition, point)).collect()
     };
     builder.candidates(library).flat_map(of_effect).collect()

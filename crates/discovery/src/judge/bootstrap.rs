@@ -6,7 +6,7 @@
 //! of whole blocks of the best set's residuals flipped at random (wild cluster bootstrap: Cameron, Gelbach
 //! and Miller 2008), which preserves their size and autocorrelation.
 
-use crate::columns::LinearProblem;
+use crate::linear_problem::LinearProblem;
 use crate::search::{Search, SearchResult, is_significant, select_for};
 use augsim_data::random_stream;
 use rand::RngExt;

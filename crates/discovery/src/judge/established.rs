@@ -4,7 +4,8 @@ use super::bootstrap::{FalsePositives, Resamples, false_positive_rate, resamples
 use super::memory::{exchange_memory, stand_in};
 use super::repeats::within_scatter;
 use crate::addition::{Addition, labels};
-use crate::columns::LinearProblem;
+use crate::columns::linearise;
+use crate::linear_problem::LinearProblem;
 use crate::score::Scored;
 use crate::search::{Search, SearchResult, p_values_given};
 
@@ -83,7 +84,7 @@ pub(crate) fn judge_findings(
     exchange_memory(search, found);
     let best = found.best().clone();
     let sample = search.sample();
-    let problem = LinearProblem::new(&sample, &search.view.blocks, &best, &search.library);
+    let problem = linearise(&sample, &search.view.blocks, &best, &search.library);
     let mut named = named_set(search, found);
     let resampled = resamples(found, seed);
     let mut dropped_for: Vec<(Addition, Shortcoming)> = Vec::new();

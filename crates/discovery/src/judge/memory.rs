@@ -6,7 +6,8 @@
 //! best set of laws of present values.
 
 use crate::addition::Addition;
-use crate::columns::{Family, LinearProblem, library_candidates, table_candidates};
+use crate::columns::{Family, library_candidates, linearise, table_candidates};
+use crate::linear_problem::LinearProblem;
 use crate::score::Scored;
 use crate::search::{ALPHA, Search, SearchResult, p_values_beside, select_among};
 
@@ -45,7 +46,7 @@ pub(crate) fn test_memory(search: &Search<'_>, set: &Scored) -> MemoryTest {
     let tables = table_candidates(sample.data, &set.fit.events);
     let present = search.library.iter().filter(|a| !a.depends_on_past()).cloned();
     let candidates: Vec<Addition> = present.chain(memory).chain(tables).collect();
-    let problem = LinearProblem::new(&sample, &search.view.blocks, set, &candidates);
+    let problem = linearise(&sample, &search.view.blocks, set, &candidates);
     let is_static = |g: usize| problem.fitted.contains(&g) || !problem.groups[g].addition.depends_on_past();
     let statics = select_among(&problem, search.penalty(), &is_static);
     let beside = statics.first().map_or_else(|| problem.fitted.clone(), |best| best.groups.clone());
@@ -75,7 +76,7 @@ pub(crate) fn stand_in(search: &Search<'_>, found: &SearchResult, named: usize) 
     if !set.additions().iter().any(is_law) || !search.library.iter().any(Addition::depends_on_past) {
         return None;
     }
-    let problem = LinearProblem::new(&search.sample(), &search.view.blocks, set, &search.library);
+    let problem = linearise(&search.sample(), &search.view.blocks, set, &search.library);
     let (test, memory) = most_significant(&problem, &problem.fitted);
     let memory = memory.filter(|_| test.is_significant())?;
     let with_memory = [&problem.fitted[..], &[memory]].concat();

@@ -3,7 +3,7 @@
 
 use super::memory::{MemoryTest, test_memory};
 use crate::addition::Addition;
-use crate::columns::{LinearProblem, table_candidates};
+use crate::columns::{linearise, table_candidates};
 use crate::periodicity;
 use crate::random_effect_test::RandomEffectEstimate;
 use crate::record::{ChosenRecords, Record};
@@ -71,7 +71,7 @@ pub(crate) fn test_residuals(
     with_table: Option<f64>,
 ) -> ResidualTests {
     let sample = search.sample();
-    let problem = LinearProblem::new(&sample, &search.view.blocks, set, &search.library);
+    let problem = linearise(&sample, &search.view.blocks, set, &search.library);
     let tested = p_values_given(&problem, &problem.fitted);
     let best = tested.iter().copied().fold(1.0, f64::min);
     let parts = match random_effect {
@@ -199,7 +199,7 @@ fn add_table(search: &Search<'_>, found: &mut SearchResult, from: usize) -> Opti
     if tables.is_empty() {
         return None;
     }
-    let problem = LinearProblem::new(&sample, &search.view.blocks, &set, &tables);
+    let problem = linearise(&sample, &search.view.blocks, &set, &tables);
     let penalty = Penalty(((search.candidates + tables.len() as f64) / ALPHA).ln());
     let selected = select(&problem, penalty).into_iter();
     let adds_one = |c: &crate::search::LinearSet| {
@@ -218,7 +218,7 @@ fn add_table(search: &Search<'_>, found: &mut SearchResult, from: usize) -> Opti
         .map(|table| {
             let additions = [set.additions(), std::slice::from_ref(table)].concat();
             // The initial table is zero, because unidentifiable directions have no linear estimate.
-            let starts: InitialValues = vec![(table.clone(), vec![0.0; table.size()])];
+            let starts = InitialValues::of_new(vec![(table.clone(), vec![0.0; table.size()])]);
             search.refit(&set.fit, &additions, &starts)
         })
         .filter(Scored::is_finite)

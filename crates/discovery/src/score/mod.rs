@@ -3,10 +3,10 @@
 mod blocks;
 mod cells;
 mod clusters;
-mod cycle_peaks;
 mod evidence;
 mod independence;
 mod jackknife;
+mod kept;
 mod rows;
 mod scored;
 

@@ -1,18 +1,20 @@
 //! A fitted set of additions with its scores.
 
 use super::blocks::Blocks;
-use super::cycle_peaks::CyclePeaks;
 use super::evidence::Evidence;
+use super::kept::Kept;
 use super::rows::FitWindows;
 use crate::addition::{Addition, labels};
 use crate::fit::Fit;
 use crate::identifiability::unidentifiable;
 use crate::interval::{Intervals, MIN_FREEDOM};
 use crate::linear::Square;
+use crate::linear_problem::LinearProblem;
 use crate::record::ChosenRecords;
 use crate::statistics::{hotelling_tail, median};
 use augsim_system::NORMAL_95;
 use std::cell::LazyCell;
+use std::sync::Arc;
 
 /// Probability that a 95 % interval does not contain the true value.
 pub(crate) const OUTSIDE_95: f64 = 0.05;
@@ -28,7 +30,10 @@ const MIN_WHITE_SHARE: f64 = 0.8;
 pub(crate) struct Scored {
     pub fit: Fit,
     pub evidence: Evidence,
-    pub cycle_peaks: CyclePeaks,
+    /// Parameter values of the highest peaks of the periodogram of each periodic effect, by the effect's label.
+    pub cycle_peaks: Kept<String, Vec<Vec<f64>>>,
+    /// Linear problems at the fit, by the labels of their candidates.
+    pub problems: Kept<Vec<String>, Arc<LinearProblem>>,
 }
 
 impl Scored {
@@ -41,7 +46,7 @@ impl Scored {
         let rows = FitWindows::new(sample, &fit).rows(blocks);
         let held = entries_at_bounds(&fit);
         let evidence = Evidence::new(&rows, blocks, &held, &distances_from_nulls(&fit));
-        Self { fit, evidence, cycle_peaks: CyclePeaks::default() }
+        Self { fit, evidence, cycle_peaks: Kept::default(), problems: Kept::default() }
     }
 
     pub fn additions(&self) -> &[Addition] {

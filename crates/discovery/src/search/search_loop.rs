@@ -1,12 +1,14 @@
 //! The search loop: linearise at the best set, select in the linear problem, refit new sets, repeat; finally
 //! fit the subsets of the best set.
 
-use super::refit::{ALPHA, InitialValues, Penalty, Search};
+use super::initial_values::InitialValues;
+use super::refit::{ALPHA, Penalty, Search};
 use super::select::{LinearSet, select};
 use crate::addition::{Addition, labels};
-use crate::columns::{LinearProblem, can_join, probe};
+use crate::columns::{can_join, linearise};
 use crate::fit::fit_nuisance;
-use crate::score::{Evidence, Scored};
+use crate::linear_problem::{LinearProblem, probe};
+use crate::score::{Evidence, Scored, distances_from_nulls};
 use rayon::prelude::*;
 
 /// Maximum number of new sets per round that are refitted with one more effect than the best set, with and without
@@ -140,7 +142,7 @@ pub(crate) fn repeat_choice(search: &Search<'_>, base: Scored, known: &SearchRes
     let refit = |n: &usize| {
         let from = &known.sets[*n].fit;
         let starts = fit_nuisance(&search.sample(), &from.hypothesis, &from.theta, &[]);
-        search.refit(&starts, &from.hypothesis.additions, &Vec::new())
+        search.refit(&starts, &from.hypothesis.additions, &InitialValues::default())
     };
     let mut found = SearchResult::calibrated_only(base, search.penalty());
     let fitted: Vec<Scored> = order.par_iter().map(refit).collect();
@@ -195,7 +197,7 @@ fn is_cyclic(found: &SearchResult, next: usize) -> bool {
 fn sets_to_refit(search: &Search<'_>, found: &SearchResult) -> Vec<(Vec<Addition>, InitialValues)> {
     let best = found.best();
     let sample = search.sample();
-    let problem = LinearProblem::new(&sample, &search.view.blocks, best, &search.library);
+    let problem = linearise(&sample, &search.view.blocks, best, &search.library);
     let chosen = select(&problem, found.penalty);
     let mut known_keys: Vec<Vec<String>> = found.sets.iter().map(Scored::key).collect();
     let mut out: Vec<(Vec<Addition>, InitialValues)> = Vec::new();
@@ -234,22 +236,29 @@ fn sets_to_refit(search: &Search<'_>, found: &SearchResult) -> Vec<(Vec<Addition
     out
 }
 
-/// Converts a set of the linear problem to additions, with initial values of the new ones. Additions without
+/// Converts a set of the linear problem to additions, with initial values from its solution. Additions without
 /// columns (random effects, groupwise values) are kept.
 fn set_of(problem: &LinearProblem, best: &Scored, chosen: &LinearSet) -> (Vec<Addition>, InitialValues) {
     let has_column = |a: &&Addition| problem.fitted.iter().any(|g| problem.groups[*g].addition == **a);
     let mut additions: Vec<Addition> = best.additions().iter().filter(|a| !has_column(a)).cloned().collect();
-    let mut starts = InitialValues::new();
+    let mut starts = InitialValues::default();
+    let distances = distances_from_nulls(&best.fit);
+    // The coefficients of parameters are distances from their null values, those of declared ones changes.
+    let value = |i: usize, coefficient: &f64| (i, best.fit.theta[i] - distances[i] + coefficient);
+    starts.shared.extend(problem.declared.iter().zip(&chosen.coefficients).map(|(i, c)| value(*i, c)));
     let mut next = problem.declared.len();
     for g in &chosen.groups {
         let group = &problem.groups[*g];
         let coefficients = &chosen.coefficients[next..next + group.columns.len()];
         next += coefficients.len();
         additions.push(group.addition.clone());
-        if !problem.fitted.contains(g) {
-            starts.push((group.addition.clone(), group.start(coefficients)));
-            starts.extend(problem.other_cycles(*g));
+        if problem.fitted.contains(g) {
+            starts.shared.extend(group.columns.clone().zip(coefficients).map(|(i, c)| value(i, c)));
+            continue;
         }
+        starts.new.push((group.addition.clone(), group.start(coefficients)));
+        starts.new.extend(problem.other_cycles(*g));
+        starts.nulls.extend(group.null_start().map(|point| (group.addition.clone(), point)));
     }
     (additions, starts)
 }
@@ -265,9 +274,9 @@ fn sets_without_columns(
 ) -> Vec<(Vec<Addition>, InitialValues)> {
     let present = best.additions().to_vec();
     let h = &best.fit.hypothesis;
-    let extended = |new: InitialValues| {
+    let extended = |new: Vec<(Addition, Vec<f64>)>| {
         let additions = present.iter().cloned().chain(new.iter().map(|(a, _)| a.clone())).collect();
-        (additions, new)
+        (additions, InitialValues::of_new(new))
     };
     let mut out: Vec<(Vec<Addition>, InitialValues)> = Vec::new();
     if h.scatter.is_none() && search.do_events_vary(&best.fit, MAX_P_EVENTS_VARY) {
@@ -279,10 +288,11 @@ fn sets_without_columns(
         if let Some(simpler) = search.simpler_form(removed).filter(|simpler| !remaining.contains(simpler)) {
             let start = shared_values(best, number, &simpler);
             remaining.push(simpler.clone());
-            out.push((remaining, vec![(simpler, start)]));
+            out.push((remaining, InitialValues::of_new(vec![(simpler, start)])));
         } else if matches!(removed, Addition::Scatter(_)) {
             for other in search.scatters().into_iter().filter(|other| other != removed) {
-                out.push(([&remaining[..], std::slice::from_ref(&other)].concat(), Vec::new()));
+                let exchanged = [&remaining[..], std::slice::from_ref(&other)].concat();
+                out.push((exchanged, InitialValues::default()));
             }
         }
     }
@@ -327,7 +337,7 @@ fn fit_subsets(search: &Search<'_>, found: &mut SearchResult) {
         .into_par_iter()
         .map(|number| without(best.additions(), number))
         .filter(|subset| found.with_key(&labels(subset)).is_none())
-        .map(|subset| search.refit(&best.fit, &subset, &Vec::new()))
+        .map(|subset| search.refit(&best.fit, &subset, &InitialValues::default()))
         .collect();
     found.sets.extend(subsets.into_iter().filter(Scored::is_finite));
 }
@@ -417,7 +427,7 @@ impl SearchResult {
     ) {
         let number = self.index_or_fit(search, from, remaining);
         let base = self.sets[number].clone();
-        let problem = LinearProblem::new(&search.sample(), &search.view.blocks, &base, others);
+        let problem = linearise(&search.sample(), &search.view.blocks, &base, others);
         let adds_one = |chosen: &&LinearSet| {
             chosen.groups.len() == problem.fitted.len() + 1
                 && problem.fitted.iter().all(|g| chosen.groups.contains(g))
@@ -438,7 +448,7 @@ impl SearchResult {
         if let Some(known) = self.sets.iter().position(|s| s.key() == key) {
             return known;
         }
-        self.sets.push(search.refit(&from.fit, additions, &Vec::new()));
+        self.sets.push(search.refit(&from.fit, additions, &InitialValues::default()));
         self.sets.len() - 1
     }
 }

@@ -1,8 +1,8 @@
 //! Selection of sets in the linear problem: forward, backward and by exchange.
 
 use super::refit::{Penalty, Search};
-use crate::columns::{BlockSums, LinearProblem, MIN_INDEPENDENT_SHARE, sum_blocks};
 use crate::linear::{Cholesky, Square, dot};
+use crate::linear_problem::{BlockSums, LinearProblem, MIN_INDEPENDENT_SHARE, sum_blocks};
 use crate::score::{distance, freedom, step_without_block};
 use crate::statistics::hotelling_tail;
 use rayon::prelude::*;

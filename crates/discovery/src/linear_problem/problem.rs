@@ -54,6 +54,7 @@ pub(crate) fn sum_blocks(blocks: &[BlockSums]) -> BlockSums {
 }
 
 /// Predictions near a fit as a linear problem, with columns for declared parameters and candidates.
+#[derive(Debug)]
 pub(crate) struct LinearProblem {
     /// Indices of the columns of the declared parameters that are not at a bound; every set contains them.
     pub declared: Vec<usize>,
@@ -62,10 +63,10 @@ pub(crate) struct LinearProblem {
     pub fitted: Vec<usize>,
     pub blocks: Vec<BlockSums>,
     /// Number of residuals (measured samples) in all blocks.
-    pub(super) samples: f64,
+    pub(crate) samples: f64,
     /// Share of the residuals that are independent.
-    pub(super) independent: f64,
-    pub(super) width: usize,
+    pub(crate) independent: f64,
+    pub(crate) width: usize,
 }
 
 impl LinearProblem {
@@ -117,7 +118,7 @@ impl LinearProblem {
 
 impl LinearProblem {
     /// Drops groups of one column that repeats an earlier one: the same effect under another name.
-    pub(super) fn drop_aliases(&mut self) {
+    pub(crate) fn drop_aliases(&mut self) {
         let sum = sum_blocks(&self.blocks);
         let size = |c: usize| sum.h.at(c, c).sqrt();
         let single: Vec<(usize, usize)> = (0..self.groups.len())
