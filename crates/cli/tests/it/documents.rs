@@ -99,14 +99,15 @@ fn candidate(page: &mut String, entry: &toml::Table) {
     let parts = ["states", "add", "factor", "replace", "add_other"].map(|key| match entry.get(key) {
         Some(toml::Value::String(_)) => format!("{key} `{}`", text(key).replace('|', "\\|")),
         Some(toml::Value::Table(list)) => {
-            let states = list.keys().map(|state| format!("`{state}`")).collect::<Vec<_>>().join(", ");
-            format!("with {states} of its own")
+            let rate = |state: &toml::Value| Some(state.get("rate")?.as_str()?.replace('|', "\\|"));
+            let states = list.iter().filter_map(|(state, value)| Some((state, rate(value)?)));
+            states.map(|(state, rate)| format!("`d({state})/dt = {rate}`")).collect::<Vec<_>>().join(", ")
         }
         _ => String::new(),
     });
     let formula = parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join("; ");
     let parameters = entry.iter().filter_map(|(name, value)| {
-        let table = value.as_table().filter(|_| name != "states")?;
+        let table = value.as_table().filter(|_| !["states", "separated_by"].contains(&name.as_str()))?;
         let of = table.get("of").and_then(toml::Value::as_str);
         Some(of.map_or_else(|| format!("`{name}`"), |of| format!("`{name}` (of {of})")))
     });

@@ -12,7 +12,8 @@ const TIME: &str = "t";
 /// Source of the candidate effects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Family {
-    /// Effects that the library lists and that depend on present values of states and inputs.
+    /// Effects that the library lists and that depend on present values of states and inputs, and all that the model file
+    /// offers.
     Library,
     /// Effects that the library lists and that depend on the past: they have states of their own, or are delays.
     Memory,
@@ -33,7 +34,7 @@ pub(crate) fn library_candidates(data: &Measured, blocks: &Blocks, family: Famil
     let is_of_family = |i: &usize| {
         let effect = &system.library()[*i];
         family
-            == match (effect.formula_domain.is_some(), effect.depends_on_past) {
+            == match (effect.formula_domain.is_some(), effect.depends_on_past && !effect.is_offered) {
                 (true, _) => Family::Grammar,
                 (false, true) => Family::Memory,
                 (false, false) => Family::Library,

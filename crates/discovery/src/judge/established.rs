@@ -236,15 +236,15 @@ fn q_values(
     named_p.iter().map(|p| q(*p)).collect()
 }
 
-/// Leads (findings that are not established): additions of the best set that the named set lacks, and others
-/// that a third of the resamples select.
+/// Leads (findings that are not established): additions of the best set that neither the named set nor an alternative
+/// contains, and others that a third of the resamples select.
 fn leads(found: &SearchResult, named: usize, resampled: &Resamples, alternatives: &[usize]) -> Vec<Lead> {
     let (set, best) = (&found.sets[named], found.best());
     let of_alternatives: Vec<String> = alternatives.iter().flat_map(|n| found.sets[*n].key()).collect();
     let mut out: Vec<Lead> = Vec::new();
     let p_values = found.p_values(best);
     for (addition, chance) in best.additions().iter().zip(p_values) {
-        if !set.additions().contains(addition) {
+        if !set.additions().contains(addition) && !of_alternatives.contains(&addition.label()) {
             let inclusion = resampled.share_of(&addition.label());
             let short =
                 if inclusion < MIN_INCLUSION { Shortcoming::NotStable } else { Shortcoming::NotSignificant };

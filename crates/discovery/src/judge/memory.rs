@@ -44,8 +44,8 @@ pub(crate) fn test_memory(search: &Search<'_>, set: &Scored) -> MemoryTest {
         return MemoryTest::untested();
     }
     let tables = table_candidates(sample.data, &set.fit.events);
-    let present = search.library.iter().filter(|a| !a.depends_on_past()).cloned();
-    let candidates: Vec<Addition> = present.chain(memory).chain(tables).collect();
+    let others = search.library.iter().filter(|a| !memory.contains(a)).cloned();
+    let candidates: Vec<Addition> = others.chain(memory.clone()).chain(tables).collect();
     let problem = linearise(&sample, &search.view.blocks, set, &candidates);
     let is_static = |g: usize| problem.fitted.contains(&g) || !problem.groups[g].addition.depends_on_past();
     let statics = select_among(&problem, search.penalty(), &is_static);

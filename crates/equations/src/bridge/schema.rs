@@ -219,6 +219,7 @@ pub(super) fn effect(candidate: &Candidate) -> Effect {
         reduces_to: candidate.reduces_to.clone(),
         has_states: candidate.has_states(),
         depends_on_past: candidate.has_states() || candidate.is_delay(),
+        is_offered: candidate.is_offered,
         added_to_reading: candidate.with.clone().filter(|_| candidate.is_on_output()),
         amplitude_count: Some(free().take_while(|p| !p.is_inner).count().max(1)),
         ..Effect::default()

@@ -48,6 +48,8 @@ pub struct Candidate {
     pub copies: usize,
     /// For an effect on all joints, the names used in the library row for each joint; otherwise empty.
     pub(super) part_names: Vec<Vec<(&'static str, String)>>,
+    /// Whether the model file offers the effect, and not the library.
+    pub is_offered: bool,
     line: usize,
 }
 
@@ -85,6 +87,8 @@ pub struct CandidateParameter {
     pub cycle_speed: f64,
     /// Quantity whose size the numbers of this parameter are multiples of; `None` if they are in its unit.
     pub(super) of: Option<String>,
+    /// Size in the data that the bounds and grid are raised to.
+    pub(super) least: Option<String>,
 }
 
 /// Applies a library row at all its places in a model; returns the candidate effects.
@@ -203,6 +207,7 @@ fn expand_at(row: &Row, place: &Place, model: &Model, suffix: &str) -> Result<Ca
         names: place.names.clone(),
         copies: 1,
         part_names: Vec::new(),
+        is_offered: false,
         line: row.place.1,
     };
     candidate.formula = formula(&candidate, model);
@@ -295,6 +300,7 @@ impl CandidateParameter {
             cycles: Vec::new(),
             cycle_speed: 1.0,
             of: p.of.clone(),
+            least: p.least.clone(),
         }
     }
 }

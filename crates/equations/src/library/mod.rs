@@ -42,9 +42,13 @@ pub fn generic() -> Result<Vec<Row>, ModelError> {
 /// # Errors
 /// A candidate with an unknown place, or whose expression cannot be parsed.
 pub fn candidates(model: &Model) -> Result<Vec<Candidate>, ModelError> {
-    let own_rows = model.candidates.iter().cloned();
     let mut candidates: Vec<Candidate> = Vec::new();
-    for row in own_rows.chain(generic()?) {
+    for row in &model.candidates {
+        let mut offered = expand::expand(row, model)?;
+        offered.iter_mut().for_each(|candidate| candidate.is_offered = true);
+        candidates.append(&mut offered);
+    }
+    for row in generic()? {
         candidates.extend(expand::expand(&row, model)?);
     }
     expand::make_names_unique(&mut candidates);

@@ -8,6 +8,7 @@ use crate::engine::{Options, Window};
 use crate::model::{Cycle, Force, How, Model, Target};
 use crate::system::System;
 use crate::text::{Bindings, Symbol, Tree};
+use std::f64::consts::SQRT_2;
 
 /// Typical size of an effect's term, as a share of the RMS of what the term changes.
 const TYPICAL_RATIO: f64 = 0.05;
@@ -181,6 +182,9 @@ impl Scales {
             (p.min, p.max, p.null) = (value(p.min), value(p.max), value(p.null));
             p.typical = p.typical.map(value);
             p.grid.iter_mut().chain(&mut p.scan).for_each(|x| *x = value(*x));
+            if let Some(least) = p.least.take() {
+                raise(p, self.size(&least, names, model).1);
+            }
         }
         let inner = candidate.parameters.iter().find(|p| p.is_inner).map_or(1.0, |p| p.null.abs());
         for state in &mut candidate.states {
@@ -255,6 +259,8 @@ impl Scales {
             "duration" => self.duration_s,
             "turn" => 2.0 * std::f64::consts::PI / self.duration_s,
             "rate" => rms(&values("v")) / positive(rms(&values("x"))),
+            // An oscillation of amplitude A and angular frequency w passes A (w step)^2 / 2 in the step after a reversal.
+            "reversal" => (rms(&values("v")) * self.step_s).powi(2) / (SQRT_2 * positive(rms(&values("x")))),
             _ => match of.strip_prefix("1/") {
                 Some(name) => 1.0 / positive(rms(&values(name))),
                 None => rms(&values(of)),
@@ -315,6 +321,14 @@ impl Scales {
         let at = |point| tree.value(&PointValues::new(model, point, &self.parameters, 1.0));
         self.points.iter().map(at).collect()
     }
+}
+
+/// Raises the bounds and starting values of an inner parameter to at least `least`.
+fn raise(p: &mut CandidateParameter, least: f64) {
+    let least = p.min.max(least.min(p.max));
+    (p.min, p.null) = (least, p.null.max(least));
+    p.grid.iter_mut().for_each(|x| *x = x.max(least));
+    p.grid.dedup();
 }
 
 /// Root mean square of values; 0 for an empty list.

@@ -18,6 +18,9 @@ pub(super) fn describe_size(of: &str, names: &[(&'static str, String)]) -> Optio
         "1/step" => "the sampling rate".to_owned(),
         "duration" => "the length of a record".to_owned(),
         "turn" => "one oscillation per record".to_owned(),
+        "reversal" => {
+            format!("the distance {} passes between samples at a reversal", resolve_name("x", names))
+        }
         "rate" => format!("{} over {}", rms("v"), rms("x")),
         _ => match (inner("range("), inner("span("), inner("peak("), of.strip_prefix("1/")) {
             (Some(name), ..) => format!("the range of {name} above its smallest value"),

@@ -49,6 +49,8 @@ pub struct RowParameter {
     pub unit: Option<Unit>,
     /// Quantity whose size the numbers of this parameter are multiples of; `None` if they are in its unit.
     pub of: Option<String>,
+    /// Size in the data that `min` and the grid are raised to, because smaller values have no effect on the data.
+    pub least: Option<String>,
     /// Whether a fit keeps the parameter at its initial value.
     pub frozen: bool,
     /// Smallest allowed value; minus infinity if the block states none.
@@ -223,7 +225,8 @@ impl RowParameter {
         if number_given.is_none() {
             item.table("a table such as { min = 0.0 } or { of = \"v\", grid = [0.1, 0.3] }")?;
             item.check_keys(&[
-                "of", "unit", "min", "max", "null", "nominal", "typical", "grid", "scan", "cycle", "frozen",
+                "of", "unit", "min", "max", "least", "null", "nominal", "typical", "grid", "scan", "cycle",
+                "frozen",
             ])?;
         }
         let number = |key| item.entry(key).map(|n| n.number()).transpose();
@@ -241,11 +244,15 @@ impl RowParameter {
                 return Err(item.error(Fault::OutsideBounds { value: *value, min, max }));
             }
         }
-        let of = item.entry("of").map(|of| of.text("a text in quotes, such as \"v\"").map(str::to_owned));
+        let size = |key| {
+            let text = |size: Item<'_, '_>| size.text("a text in quotes, such as \"v\"").map(str::to_owned);
+            item.entry(key).map(text).transpose()
+        };
         Ok(Self {
             name: name.to_owned(),
             unit: unit(item, name)?,
-            of: of.transpose()?,
+            of: size("of")?,
+            least: size("least")?,
             frozen: item.entry("frozen").map_or(Ok(false), |f| f.flag())?,
             min,
             max,

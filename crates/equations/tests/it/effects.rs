@@ -247,6 +247,37 @@ fn candidates_of_the_file_are_listed_before_the_library() {
 }
 
 #[test]
+fn a_presliding_distance_is_at_least_the_one_passed_between_samples_at_a_reversal() {
+    let model = parsed(
+        "scenario = \"system\"\nname = \"oscillator\"\n[parameters]\nw2_per_s2 = { nominal = 400.0 }\n\
+         [states]\nx_m = { start = \"x_m\" }\nv_m_s = { start = 0.0 }\n\
+         [rates]\nx_m = \"v_m_s\"\nv_m_s = \"-w2_per_s2 * x_m\"\n[outputs]\nx_m = { value = \"x_m\" }\n",
+    );
+    let (amplitude, w) = (0.2_f64, 20.0);
+    let distances = |step: f64| {
+        let times: Vec<f64> = (0..2000).map(|k| step * f64::from(k)).collect();
+        let record = Record::new("swing", times, Vec::new()).expect("rising times");
+        let (start, parameters) = (vec![amplitude, 0.0], model.nominals());
+        let window = Window { record: &record, first: 0, last: 1999, start: &start, parameters: &parameters };
+        let options = Options { substeps: 40, ..OPTIONS };
+        let scales = Scales::sample(&compiled(&model), &[window], &options);
+        let mut all = candidates(&model).expect("candidates");
+        let presliding = all.iter_mut().find(|c| c.kind == "presliding").expect("a force");
+        scales.resolve(presliding, &model);
+        let d = presliding.parameters.iter().find(|p| p.is_inner).expect("a distance");
+        (d.min, d.null, d.grid.clone())
+    };
+    // Twenty samples a period.
+    let coarse = amplitude * (w * 0.0157_f64).powi(2) / 2.0;
+    let (min, null, grid) = distances(0.0157);
+    assert!((min / coarse - 1.0).abs() < 0.01, "{min} and {coarse}");
+    assert_eq!((null, grid[0], grid.len()), (min, min, 3));
+    let rms = amplitude / 2.0_f64.sqrt();
+    let (min, _, grid) = distances(0.00157);
+    assert!((min / (0.001 * rms) - 1.0).abs() < 0.01 && (grid[0] / (0.03 * rms) - 1.0).abs() < 0.01);
+}
+
+#[test]
 fn errors_in_blocks_name_their_line_and_the_alternatives() {
     let error = |blocks: &str| {
         let text = format!("{}\n{blocks}", example("pendulum").expect("an example"));

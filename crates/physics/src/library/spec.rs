@@ -253,6 +253,7 @@ impl From<&EffectSpec> for Effect {
             polar: spec.polar,
             separated_by: spec.separated_by.iter().map(|(r, text)| (rival(r), text.to_string())).collect(),
             confirmed_by: spec.confirmed_by.map(Into::into),
+            is_offered: false,
             formula_domain: None,
         }
     }
