@@ -1,6 +1,6 @@
 //! Initial values of a fit of a set of additions, from the fit of another set and the linear problem there.
 
-use super::refit::Search;
+use super::refit::{InitialValues, Search};
 use crate::addition::Addition;
 use crate::calibrate::calibration_start;
 use crate::evaluate::{Lanes, rough_event_value};
@@ -14,24 +14,6 @@ use augsim_system::ScatterPer;
 const MAX_INITIAL_OFFSET: f64 = 0.6;
 /// Initial value of an addition without an estimate, as a fraction of its typical size.
 const INITIAL_FRACTION: f64 = 0.2;
-
-/// Initial values of a fit. Additions without values start at a fraction of their typical size.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct InitialValues {
-    /// Estimates of new additions. Further entries of an addition are other starts, from each of which it is fitted.
-    pub new: Vec<(Addition, Vec<f64>)>,
-    /// Values of new additions at which they have no influence, for those that can be fitted from there.
-    pub nulls: Vec<(Addition, Vec<f64>)>,
-    /// Solution of the linear problem for parameters of the fit that it was formed at: index in its theta, and value.
-    pub shared: Vec<(usize, f64)>,
-}
-
-impl InitialValues {
-    /// Estimates of new additions only.
-    pub fn of_new(new: Vec<(Addition, Vec<f64>)>) -> Self {
-        Self { new, ..Self::default() }
-    }
-}
 
 impl Search<'_> {
     /// Initial theta (shared parameters) of hypothesis `h`: of the points that `initial` gives, the one of least cost.

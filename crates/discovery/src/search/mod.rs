@@ -8,9 +8,8 @@ mod search_loop;
 mod select;
 
 pub(crate) use heterogeneity::{MIN_INFORMATION, differences, parts};
-pub(crate) use initial_values::InitialValues;
 pub(crate) use length::{calibrate_windows, choose_window_length, refit_on};
-pub(crate) use refit::{ALPHA, Penalty, Search};
+pub(crate) use refit::{ALPHA, InitialValues, Penalty, Search};
 pub(crate) use search_loop::{SearchResult, complete, repeat_choice, run, without};
 pub(crate) use select::{
     LinearSet, is_significant, p_values_beside, p_values_given, p_values_of, select, select_among, select_for,

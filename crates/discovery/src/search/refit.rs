@@ -1,7 +1,6 @@
 //! Fits of sets of additions, warm-started from a fit of a similar set.
 
 use super::heterogeneity::heterogeneity;
-use super::initial_values::InitialValues;
 use crate::addition::{Addition, labels};
 use crate::columns::{Family, library_candidates};
 use crate::fit::{ChosenRecords, Fit, fit, fit_below};
@@ -28,6 +27,24 @@ impl Penalty {
     /// Penalty of a set of additions, nats.
     pub fn of_set(self, additions: &[Addition]) -> f64 {
         additions.iter().map(|addition| self.of_addition(addition)).sum()
+    }
+}
+
+/// Initial values of a fit. Additions without values start at a fraction of their typical size.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct InitialValues {
+    /// Estimates of new additions. Further entries of an addition are other starts, from each of which it is fitted.
+    pub new: Vec<(Addition, Vec<f64>)>,
+    /// Values of new additions at which they have no influence, for those that can be fitted from there.
+    pub nulls: Vec<(Addition, Vec<f64>)>,
+    /// Solution of the linear problem for parameters of the fit that it was formed at: index in its theta, and value.
+    pub shared: Vec<(usize, f64)>,
+}
+
+impl InitialValues {
+    /// Estimates of new additions only.
+    pub fn of_new(new: Vec<(Addition, Vec<f64>)>) -> Self {
+        Self { new, ..Self::default() }
     }
 }
 

@@ -1,8 +1,7 @@
 //! The search loop: linearise at the best set, select in the linear problem, refit new sets, repeat; finally
 //! fit the subsets of the best set.
 
-use super::initial_values::InitialValues;
-use super::refit::{ALPHA, Penalty, Search};
+use super::refit::{ALPHA, InitialValues, Penalty, Search};
 use super::select::{LinearSet, select};
 use crate::addition::{Addition, labels};
 use crate::columns::{can_join, linearise};

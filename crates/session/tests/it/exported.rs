@@ -11,6 +11,7 @@ use augsim_equations::{EquationSystem, Model, model};
 use augsim_session::Subject;
 use augsim_session::export::{Language, export, export_files};
 use augsim_session::simulate::{Plan, simulate};
+use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -232,15 +233,14 @@ fn shape_of(text: &str, model: &Model) -> String {
 
 #[test]
 fn every_effect_is_exported() {
-    let dir = folder("effects");
     let mut done: BTreeSet<String> = BTreeSet::new();
     let mut wanted: BTreeSet<String> = BTreeSet::new();
     let smooth = MODEL.split("[[events]]").next().expect("a model");
+    let mut programs: Vec<(String, Model)> = Vec::new();
     for (text, of) in [(smooth, ""), (FLOW, ""), (MODEL, ""), (ROBOT, " of a robot")] {
         let place = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/robots/model.toml");
         let declared = model::parse(text, &place.display().to_string()).expect("a model");
         let system = EquationSystem::new(&declared, &Scales::default()).expect("a system");
-        let mut together: Vec<(String, Model)> = Vec::new();
         let (mut model, mut names) = (declared.clone(), Vec::new());
         for candidate in (0..).map_while(|index| system.candidate(index)) {
             // A formula is known by its expression, whatever the quantities, any other effect by its kind.
@@ -265,15 +265,16 @@ fn every_effect_is_exported() {
             names.push(name.clone());
             done.insert(name);
             if names.len() == EFFECTS_PER_PROGRAM {
-                together.push((names.join(", "), std::mem::replace(&mut model, declared.clone())));
+                programs.push((names.join(", "), std::mem::replace(&mut model, declared.clone())));
                 names.clear();
             }
         }
-        together.push((names.join(", "), model));
-        for (what, model) in together {
-            assert!(follows_the_engine(&model, &what, &dir), "the engine does not simulate {what}");
-        }
+        programs.push((names.join(", "), model));
     }
+    programs.into_par_iter().enumerate().for_each(|(number, (what, model))| {
+        let dir = folder(&format!("effects-{number}"));
+        assert!(follows_the_engine(&model, &what, &dir), "the engine does not simulate {what}");
+    });
     assert!(wanted.is_subset(&done), "not exported: {:?}", wanted.difference(&done).collect::<Vec<_>>());
     assert!(done.len() > 40, "{done:?}");
 }
