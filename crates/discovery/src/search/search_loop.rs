@@ -64,6 +64,19 @@ impl SearchResult {
         remain.fold(self.base(), better)
     }
 
+    /// Index of the best set with fewer effects than the best one, at least one, whose key is not among `known`.
+    ///
+    /// A large set that imitates the missing effects can hide them: beside it the true ones no longer gain much.
+    fn best_smaller(&self, known: &[Vec<String>]) -> Option<usize> {
+        let sizes = 1..self.best().additions().len();
+        let is_smaller = |n: &usize| {
+            let set = &self.sets[*n];
+            sizes.contains(&set.additions().len()) && !known.contains(&set.key())
+        };
+        let margin = |n: &usize| self.margin(&self.sets[*n], self.base());
+        (0..self.sets.len()).filter(is_smaller).max_by(|a, b| margin(a).total_cmp(&margin(b)))
+    }
+
     pub fn with_key(&self, key: &[String]) -> Option<&Scored> {
         self.sets.iter().find(|s| s.key() == key)
     }
@@ -88,26 +101,23 @@ pub(crate) fn run(
     let mut found = SearchResult::calibrated_only(base, search.penalty());
     found.sets.extend(known.into_iter().filter(Scored::is_finite));
     update_best_within_bounds(&mut found);
+    let mut linearised: Vec<Vec<String>> = Vec::new();
+    let mut from = found.best;
     for round in 0..MAX_ROUNDS {
         report_share(round as f64 / MAX_ROUNDS as f64);
         if search.clock.is_over() {
             break;
         }
-        let previous_key = found.best().key();
-        let candidates = sets_to_refit(search, &found);
-        let from = found.best().fit.clone();
-        // Fits that the deadline cut short are dropped: their gains are only lower bounds.
-        let refit = |(additions, starts): &(Vec<Addition>, InitialValues)| {
-            if search.clock.is_over() {
-                return None;
-            }
-            Some(search.refit(&from, additions, starts)).filter(|_| !search.clock.is_over())
-        };
-        let fitted: Vec<Scored> = candidates.par_iter().filter_map(refit).collect();
-        let has_new = !fitted.is_empty();
-        found.sets.extend(fitted.into_iter().filter(Scored::is_finite));
+        let (previous_key, is_at_best) = (found.best().key(), from == found.best);
+        linearised.push(found.sets[from].key());
+        fit_new_sets(search, &mut found, from);
         update_best_within_bounds(&mut found);
-        if !has_new || found.best().key() == previous_key {
+        if found.best().key() != previous_key {
+            from = found.best;
+        } else if let Some(smaller) = found.best_smaller(&linearised).filter(|_| is_at_best) {
+            // A smaller set is tried once, and again after each improvement.
+            from = smaller;
+        } else {
             break;
         }
     }
@@ -116,6 +126,21 @@ pub(crate) fn run(
         complete(search, &mut found);
     }
     found
+}
+
+/// Selects new sets in the linear problem at the set with index `from`, and fits them.
+fn fit_new_sets(search: &Search<'_>, found: &mut SearchResult, from: usize) {
+    let candidates = sets_to_refit(search, found, from);
+    let start = &found.sets[from].fit;
+    // Fits that the deadline cut short are dropped: their gains are only lower bounds.
+    let refit = |(additions, initial): &(Vec<Addition>, InitialValues)| {
+        if search.clock.is_over() {
+            return None;
+        }
+        Some(search.refit(start, additions, initial)).filter(|_| !search.clock.is_over())
+    };
+    let fitted: Vec<Scored> = candidates.par_iter().filter_map(refit).collect();
+    found.sets.extend(fitted.into_iter().filter(Scored::is_finite));
 }
 
 /// Fits the subsets of the best set with one effect less, which its significance is judged by.
@@ -193,8 +218,12 @@ fn is_cyclic(found: &SearchResult, next: usize) -> bool {
 }
 
 /// Selects the new sets to refit in a round, each with initial values of its new additions.
-fn sets_to_refit(search: &Search<'_>, found: &SearchResult) -> Vec<(Vec<Addition>, InitialValues)> {
-    let best = found.best();
+fn sets_to_refit(
+    search: &Search<'_>,
+    found: &SearchResult,
+    from: usize,
+) -> Vec<(Vec<Addition>, InitialValues)> {
+    let best = &found.sets[from];
     let sample = search.sample();
     let problem = linearise(&sample, &search.view.blocks, best, &search.library);
     let chosen = select(&problem, found.penalty);
