@@ -60,7 +60,7 @@ pub fn assess(
             let further = a.parameters().iter().skip(1).map(|p| p.typical);
             Some((a.clone(), std::iter::once(0.5 * sign * p.typical).chain(further).collect()))
         };
-        let starts = InitialValues::of_new(additions.iter().enumerate().filter_map(initial).collect());
+        let starts: InitialValues = additions.iter().enumerate().filter_map(initial).collect();
         search.refit(&base.fit, &additions, &starts)
     });
     let best = fits

@@ -106,21 +106,6 @@ pub(crate) fn fit_nuisance(
     fit_with(sample, hypothesis, theta, nuisance, false, f64::INFINITY)
 }
 
-/// Cost at shared parameters and nuisances (initial states, record parameters, event offsets); infinite where the model
-/// cannot be simulated.
-pub(crate) fn cost_at(
-    sample: &ChosenRecords<'_>,
-    h: &Hypothesis,
-    theta: &[f64],
-    nuisance: &[Vec<f64>],
-) -> f64 {
-    let windows = sample.windows();
-    let lanes: Vec<Lanes> = windows.iter().map(|&at| Lanes::new(h, at, &[])).collect();
-    let nuisance = initial_nuisances(h, &lanes, &windows, nuisance);
-    let cost = State::evaluate(sample, h, &lanes, theta.to_vec(), nuisance).q;
-    if cost.is_finite() { cost } else { f64::INFINITY }
-}
-
 /// Initial nuisances of windows: those in `known`, and rough initial states for the windows beyond it.
 fn initial_nuisances(
     h: &Hypothesis,

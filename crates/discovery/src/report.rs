@@ -16,7 +16,7 @@ use crate::residual_structure::anatomy;
 use crate::residuals::outlying_windows;
 use crate::result::*;
 use crate::score::Scored;
-use crate::search::{ALPHA, InitialValues, without};
+use crate::search::{ALPHA, without};
 use crate::sentence::{order, sentence};
 use augsim_system::{Addition as Added, Augmentation, Per, ScatterPer};
 use std::collections::BTreeMap;
@@ -174,7 +174,7 @@ fn set_without(parts: &AnswerParts<'_>, set: &Scored, number: usize) -> Scored {
     let remaining = without(set.additions(), number);
     match parts.found.with_key(&labels(&remaining)) {
         Some(known) => known.clone(),
-        None => parts.search.refit(&set.fit, &remaining, &InitialValues::default()),
+        None => parts.search.refit(&set.fit, &remaining, &Vec::new()),
     }
 }
 

@@ -218,7 +218,7 @@ fn add_table(search: &Search<'_>, found: &mut SearchResult, from: usize) -> Opti
         .map(|table| {
             let additions = [set.additions(), std::slice::from_ref(table)].concat();
             // The initial table is zero, because unidentifiable directions have no linear estimate.
-            let starts = InitialValues::of_new(vec![(table.clone(), vec![0.0; table.size()])]);
+            let starts: InitialValues = vec![(table.clone(), vec![0.0; table.size()])];
             search.refit(&set.fit, &additions, &starts)
         })
         .filter(Scored::is_finite)

@@ -2,7 +2,7 @@
 //! parameters.
 
 use crate::addition::Addition;
-use augsim_system::{Augment, Effect, Per, Polar, Start};
+use augsim_system::{Augment, Per, Polar, Start};
 use std::ops::Range;
 
 /// Columns of the linear problem for an addition at one grid point of its shape parameters (widths,
@@ -60,31 +60,18 @@ impl ColumnGroup {
         }
     }
 
-    /// Parameter values of an effect without influence, with the shape parameters of its columns; `None` for effects that
-    /// cannot be fitted from there.
-    pub fn null_start(&self) -> Option<Vec<f64>> {
-        let Addition::Effect(listed, _) = &self.addition else { return None };
-        let can_start = self.kind == ColumnKind::Slopes && listed.effect.start == Start::Estimate;
-        can_start.then(|| self.point_by_group(&listed.effect))
-    }
-
-    /// Parameter values at which the columns of an effect are computed: each amplitude once for each group, if it has
-    /// groupwise values, and the shape parameters once for all groups.
-    fn point_by_group(&self, effect: &Effect) -> Vec<f64> {
-        let amplitudes = effect.amplitude_count.unwrap_or(usize::MAX).min(self.point.len());
-        let groups = self.columns.len() / amplitudes.max(1);
-        let (amplitudes, shapes) = self.point.split_at(amplitudes);
-        let each = amplitudes.iter().flat_map(|v| std::iter::repeat_n(*v, groups));
-        each.chain(shapes.iter().copied()).collect()
-    }
-
     /// Initial parameter values for a fit of the addition, from the coefficients of its columns.
     pub fn start(&self, coefficients: &[f64]) -> Vec<f64> {
         let Addition::Effect(listed, _) = &self.addition else { return coefficients.to_vec() };
-        // Coefficients are offsets from the nulls of the amplitudes; shape parameters keep their grid values.
+        // Coefficients are offsets from the nulls, one for each group with groupwise values; shape
+        // parameters keep their grid values, one for all groups.
+        let amounts = listed.effect.amplitude_count.unwrap_or(usize::MAX).min(self.point.len()).max(1);
+        let groups = coefficients.len() / amounts;
         let estimate = || -> Vec<f64> {
+            let width = |k: usize| if k < amounts { groups } else { 1 };
+            let nulls = self.point.iter().enumerate().flat_map(|(k, v)| std::iter::repeat_n(*v, width(k)));
             let moved = coefficients.iter().copied().chain(std::iter::repeat(0.0));
-            self.point_by_group(&listed.effect).iter().zip(moved).map(|(v, c)| v + c).collect()
+            nulls.zip(moved).map(|(v, c)| v + c).collect()
         };
         match (self.kind, &listed.effect.start) {
             (ColumnKind::Change, _) => {
@@ -122,7 +109,7 @@ pub(crate) fn acting_points(system: &dyn Augment, addition: &Addition) -> Vec<Ve
 
 /// Parameter values at which an effect is first simulated: its null values, or near them where it is singular
 /// there.
-pub(crate) fn probe(effect: &Effect) -> Vec<f64> {
+pub(crate) fn probe(effect: &augsim_system::Effect) -> Vec<f64> {
     if effect.first_simulated_at.is_empty() {
         effect.parameters.iter().map(|p| p.null).collect()
     } else {

@@ -1,7 +1,6 @@
 //! The search for effects: linearise at the best set, select new sets, refit them, repeat.
 
 mod heterogeneity;
-mod initial_values;
 mod length;
 mod refit;
 mod search_loop;

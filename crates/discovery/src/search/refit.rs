@@ -1,18 +1,25 @@
 //! Fits of sets of additions, warm-started from a fit of a similar set.
 
-use super::heterogeneity::heterogeneity;
 use crate::addition::{Addition, labels};
+use crate::calibrate::calibration_start;
 use crate::columns::{Family, library_candidates};
+use crate::evaluate::{Lanes, rough_event_value};
 use crate::fit::{ChosenRecords, Fit, fit, fit_below};
 use crate::hypothesis::Hypothesis;
 use crate::options::Clock;
 use crate::records::View;
 use crate::score::Scored;
+use crate::search::heterogeneity::heterogeneity;
 use crate::statistics::chi2_tail;
 use augsim_system::{Per, ScatterPer, System};
 
 /// Level of the whole search: probability that an effect is named although the model is complete.
 pub(crate) const ALPHA: f64 = 0.01;
+/// Maximum initial offset of the events' parameter, in units of the largest standard deviation of its random
+/// effect.
+const MAX_INITIAL_OFFSET: f64 = 0.6;
+/// Initial value of an addition without an estimate, as a fraction of its typical size.
+const INITIAL_FRACTION: f64 = 0.2;
 
 /// Penalty of an addition that is tried at a single grid point, nats.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,23 +37,9 @@ impl Penalty {
     }
 }
 
-/// Initial values of a fit. Additions without values start at a fraction of their typical size.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct InitialValues {
-    /// Estimates of new additions. Further entries of an addition are other starts, from each of which it is fitted.
-    pub new: Vec<(Addition, Vec<f64>)>,
-    /// Values of new additions at which they have no influence, for those that can be fitted from there.
-    pub nulls: Vec<(Addition, Vec<f64>)>,
-    /// Solution of the linear problem for parameters of the fit that it was formed at: index in its theta, and value.
-    pub shared: Vec<(usize, f64)>,
-}
-
-impl InitialValues {
-    /// Estimates of new additions only.
-    pub fn of_new(new: Vec<(Addition, Vec<f64>)>) -> Self {
-        Self { new, ..Self::default() }
-    }
-}
+/// Initial parameter values of additions. Additions without an entry start at a fraction of their typical
+/// size; further entries of an addition are other starts, from each of which it is fitted.
+pub(crate) type InitialValues = Vec<(Addition, Vec<f64>)>;
 
 /// Context of a search: data in windows of one length, and the candidate effects.
 pub(crate) struct Search<'a> {
@@ -95,16 +88,16 @@ impl<'a> Search<'a> {
         self.system().schema().event.as_ref().map(|e| e.parameter)
     }
 
-    /// Fits `additions`, starting near the fit `from` at the cheapest of the points that `initial` gives. A set that was
-    /// fitted before is returned as it was.
-    pub fn refit(&self, from: &Fit, additions: &[Addition], initial: &InitialValues) -> Scored {
+    /// Fits `additions`, starting from the fit `from`. Shared parameters keep their values; new additions
+    /// start at `starts`. A set that was fitted before is returned as it was.
+    pub fn refit(&self, from: &Fit, additions: &[Addition], starts: &InitialValues) -> Scored {
         let key = labels(additions);
         if let Some(known) = self.fitted.iter().find(|set| set.key() == key) {
             return known.clone();
         }
         let sample = self.sample();
         let mut h = Hypothesis::new(sample.data, additions);
-        let theta = self.cheapest_start(from, &h, initial);
+        let theta = self.initial_theta_for(from, &h, starts);
         let previous = &from.hypothesis;
         if let (Some(new), Some(known)) = (h.scatter.as_mut(), previous.scatter)
             && new.per == known.per
@@ -112,8 +105,8 @@ impl<'a> Search<'a> {
             new.sd = known.sd;
         }
         let nuisances = self.initial_nuisances(from, &h, &theta);
-        let fitted = self.retry_starts(fit(&sample, &h, &theta, &nuisances), &theta, &initial.new);
-        let mut fitted = self.retry_shapes(fitted, &initial.new);
+        let fitted = self.retry_starts(fit(&sample, &h, &theta, &nuisances), &theta, starts);
+        let mut fitted = self.retry_shapes(fitted, starts);
         let mut theta = fitted.theta.clone();
         if h.normalise_directions(&mut theta) {
             fitted = fit(&sample, &h, &theta, &fitted.nuisance);
@@ -122,7 +115,7 @@ impl<'a> Search<'a> {
     }
 
     /// Fits from the further starts of each addition, and keeps the best fit. `theta` are the initial values of the first.
-    fn retry_starts(&self, found: Fit, theta: &[f64], starts: &[(Addition, Vec<f64>)]) -> Fit {
+    fn retry_starts(&self, found: Fit, theta: &[f64], starts: &InitialValues) -> Fit {
         let mut best = found;
         for (k, (addition, values)) in starts.iter().enumerate() {
             let number = best.hypothesis.additions.iter().position(|a| a == addition);
@@ -149,7 +142,7 @@ impl<'a> Search<'a> {
     /// Refits from other grid points if a shape parameter of a new effect reached a bound, and keeps the
     /// better fit. Far from the solution, a jump fits better the narrower it is, so that its width shrinks to
     /// the bound.
-    fn retry_shapes(&self, found: Fit, starts: &[(Addition, Vec<f64>)]) -> Fit {
+    fn retry_shapes(&self, found: Fit, starts: &InitialValues) -> Fit {
         let system = self.system();
         let mut best = found;
         for (k, (addition, start)) in starts.iter().enumerate() {
@@ -181,6 +174,83 @@ impl<'a> Search<'a> {
         best
     }
 
+    /// Initial theta (shared parameters) of hypothesis `h`, from the fit `from` and the values `starts` of
+    /// new additions.
+    fn initial_theta_for(&self, from: &Fit, h: &Hypothesis, starts: &InitialValues) -> Vec<f64> {
+        let previous = &from.hypothesis;
+        let base = h.declared_entries();
+        let mut theta = h.initial_theta(INITIAL_FRACTION);
+        if h.scatter.map(|s| s.per) == previous.scatter.map(|s| s.per) {
+            theta[..base].copy_from_slice(&h.declared_from(previous, &from.theta));
+        } else {
+            // A fit without random effect can be far off if the scatter is large, so the declared
+            // parameters restart as well.
+            theta[..base].copy_from_slice(&calibration_start(&self.sample(), h)[..base]);
+        }
+        h.copy_additions(&mut theta, previous, &from.theta);
+        let bounds = h.fit_bounds();
+        for (number, addition) in h.additions.iter().enumerate() {
+            let entries = h.entries_of_addition(number);
+            let start = starts.iter().find(|(a, v)| a == addition && v.len() == entries.len());
+            if let Some((_, values)) = start.filter(|_| !previous.additions.contains(addition)) {
+                // Groupwise values are given as differences from the common value.
+                let is_difference = matches!(addition, Addition::Split(_));
+                for (i, v) in entries.zip(values) {
+                    let base = if is_difference { theta[i] } else { 0.0 };
+                    theta[i] = (base + v).clamp(bounds[i].0, bounds[i].1);
+                }
+            }
+        }
+        theta
+    }
+
+    /// Initial nuisances (initial state, record parameters, event offsets) of the windows, from those of the
+    /// fit `from`. If the random effect of the events changes, their offsets are dropped or start at rough
+    /// values.
+    fn initial_nuisances(&self, from: &Fit, h: &Hypothesis, theta: &[f64]) -> Vec<Vec<f64>> {
+        let added = |h: &Hypothesis| -> Vec<Addition> {
+            h.additions.iter().filter(|a| a.has_states()).cloned().collect()
+        };
+        if added(&from.hypothesis) != added(h) {
+            // The states of effects differ: their initial values are computed from the records again.
+            let declared = self.system().schema().free_states().count();
+            return from.nuisance.iter().map(|n| n.iter().take(declared).copied().collect()).collect();
+        }
+        let is_same_scatter = from.hypothesis.scatter.map(|s| s.per) == h.scatter.map(|s| s.per);
+        let Some(event) = self.event_parameter().filter(|_| !is_same_scatter) else {
+            return from.nuisance.clone();
+        };
+        let entries = h.entries_of_parameter(event);
+        let bound = MAX_INITIAL_OFFSET * self.max_scatter_sd();
+        let sample = self.sample();
+        let initial = |(window, n): (crate::record::RecordWindow<'_>, &Vec<f64>)| {
+            let record = window.record;
+            // A fit without random effect compensates with wrong initial states, so these restart.
+            let plain = Lanes::new(h, window, &[]);
+            let mut n = if h.scatter.is_some() { plain.initial_nuisance(h, window) } else { n.clone() };
+            n.truncate(plain.state_nuisances());
+            let common = match &entries {
+                None => h.values[event],
+                Some(p) => theta[p.start + if p.len() > 1 { record.data.group } else { 0 }],
+            };
+            let rough = |r: f64| (r - common).clamp(-bound, bound);
+            match h.scatter.map(|s| s.per) {
+                None => {}
+                Some(ScatterPer::Event) => n.extend(record.data.events.iter().map(|e| rough(e.value))),
+                Some(ScatterPer::Record) if record.data.events.is_empty() => {}
+                Some(ScatterPer::Record) => n.push(rough(rough_event_value(record))),
+            }
+            n
+        };
+        sample.windows().into_iter().zip(&from.nuisance).map(initial).collect()
+    }
+
+    /// Largest allowed standard deviation of the events' random effect, in the unit of the parameter.
+    fn max_scatter_sd(&self) -> f64 {
+        let event = self.system().schema().event.as_ref();
+        event.and_then(|e| e.scatter.parameters.first()).map_or(f64::INFINITY, |p| p.max)
+    }
+
     /// Candidate random effects of the events' parameter: per event and per record. None for a system without
     /// events.
     pub fn scatters(&self) -> Vec<Addition> {
@@ -208,6 +278,6 @@ impl<'a> Search<'a> {
 }
 
 /// Whether entry `k` of the initial values is the first of its addition.
-fn is_first_start(starts: &[(Addition, Vec<f64>)], k: usize) -> bool {
+fn is_first_start(starts: &InitialValues, k: usize) -> bool {
     starts[..k].iter().all(|(earlier, _)| *earlier != starts[k].0)
 }

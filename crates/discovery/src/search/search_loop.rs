@@ -7,7 +7,7 @@ use crate::addition::{Addition, labels};
 use crate::columns::{can_join, linearise};
 use crate::fit::fit_nuisance;
 use crate::linear_problem::{LinearProblem, probe};
-use crate::score::{Evidence, Scored, distances_from_nulls};
+use crate::score::{Evidence, Scored};
 use rayon::prelude::*;
 
 /// Maximum number of new sets per round that are refitted with one more effect than the best set, with and without
@@ -64,19 +64,6 @@ impl SearchResult {
         remain.fold(self.base(), better)
     }
 
-    /// Index of the best set with fewer effects than the best one, at least one, whose key is not among `known`.
-    ///
-    /// A large set that imitates the missing effects can hide them: beside it the true ones no longer gain much.
-    fn best_smaller(&self, known: &[Vec<String>]) -> Option<usize> {
-        let sizes = 1..self.best().additions().len();
-        let is_smaller = |n: &usize| {
-            let set = &self.sets[*n];
-            sizes.contains(&set.additions().len()) && !known.contains(&set.key())
-        };
-        let margin = |n: &usize| self.margin(&self.sets[*n], self.base());
-        (0..self.sets.len()).filter(is_smaller).max_by(|a, b| margin(a).total_cmp(&margin(b)))
-    }
-
     pub fn with_key(&self, key: &[String]) -> Option<&Scored> {
         self.sets.iter().find(|s| s.key() == key)
     }
@@ -101,23 +88,26 @@ pub(crate) fn run(
     let mut found = SearchResult::calibrated_only(base, search.penalty());
     found.sets.extend(known.into_iter().filter(Scored::is_finite));
     update_best_within_bounds(&mut found);
-    let mut linearised: Vec<Vec<String>> = Vec::new();
-    let mut from = found.best;
     for round in 0..MAX_ROUNDS {
         report_share(round as f64 / MAX_ROUNDS as f64);
         if search.clock.is_over() {
             break;
         }
-        let (previous_key, is_at_best) = (found.best().key(), from == found.best);
-        linearised.push(found.sets[from].key());
-        fit_new_sets(search, &mut found, from);
+        let previous_key = found.best().key();
+        let candidates = sets_to_refit(search, &found);
+        let from = found.best().fit.clone();
+        // Fits that the deadline cut short are dropped: their gains are only lower bounds.
+        let refit = |(additions, starts): &(Vec<Addition>, InitialValues)| {
+            if search.clock.is_over() {
+                return None;
+            }
+            Some(search.refit(&from, additions, starts)).filter(|_| !search.clock.is_over())
+        };
+        let fitted: Vec<Scored> = candidates.par_iter().filter_map(refit).collect();
+        let has_new = !fitted.is_empty();
+        found.sets.extend(fitted.into_iter().filter(Scored::is_finite));
         update_best_within_bounds(&mut found);
-        if found.best().key() != previous_key {
-            from = found.best;
-        } else if let Some(smaller) = found.best_smaller(&linearised).filter(|_| is_at_best) {
-            // A smaller set is tried once, and again after each improvement.
-            from = smaller;
-        } else {
+        if !has_new || found.best().key() == previous_key {
             break;
         }
     }
@@ -126,21 +116,6 @@ pub(crate) fn run(
         complete(search, &mut found);
     }
     found
-}
-
-/// Selects new sets in the linear problem at the set with index `from`, and fits them.
-fn fit_new_sets(search: &Search<'_>, found: &mut SearchResult, from: usize) {
-    let candidates = sets_to_refit(search, found, from);
-    let start = &found.sets[from].fit;
-    // Fits that the deadline cut short are dropped: their gains are only lower bounds.
-    let refit = |(additions, initial): &(Vec<Addition>, InitialValues)| {
-        if search.clock.is_over() {
-            return None;
-        }
-        Some(search.refit(start, additions, initial)).filter(|_| !search.clock.is_over())
-    };
-    let fitted: Vec<Scored> = candidates.par_iter().filter_map(refit).collect();
-    found.sets.extend(fitted.into_iter().filter(Scored::is_finite));
 }
 
 /// Fits the subsets of the best set with one effect less, which its significance is judged by.
@@ -166,7 +141,7 @@ pub(crate) fn repeat_choice(search: &Search<'_>, base: Scored, known: &SearchRes
     let refit = |n: &usize| {
         let from = &known.sets[*n].fit;
         let starts = fit_nuisance(&search.sample(), &from.hypothesis, &from.theta, &[]);
-        search.refit(&starts, &from.hypothesis.additions, &InitialValues::default())
+        search.refit(&starts, &from.hypothesis.additions, &Vec::new())
     };
     let mut found = SearchResult::calibrated_only(base, search.penalty());
     let fitted: Vec<Scored> = order.par_iter().map(refit).collect();
@@ -218,12 +193,8 @@ fn is_cyclic(found: &SearchResult, next: usize) -> bool {
 }
 
 /// Selects the new sets to refit in a round, each with initial values of its new additions.
-fn sets_to_refit(
-    search: &Search<'_>,
-    found: &SearchResult,
-    from: usize,
-) -> Vec<(Vec<Addition>, InitialValues)> {
-    let best = &found.sets[from];
+fn sets_to_refit(search: &Search<'_>, found: &SearchResult) -> Vec<(Vec<Addition>, InitialValues)> {
+    let best = found.best();
     let sample = search.sample();
     let problem = linearise(&sample, &search.view.blocks, best, &search.library);
     let chosen = select(&problem, found.penalty);
@@ -264,29 +235,22 @@ fn sets_to_refit(
     out
 }
 
-/// Converts a set of the linear problem to additions, with initial values from its solution. Additions without
+/// Converts a set of the linear problem to additions, with initial values of the new ones. Additions without
 /// columns (random effects, groupwise values) are kept.
 fn set_of(problem: &LinearProblem, best: &Scored, chosen: &LinearSet) -> (Vec<Addition>, InitialValues) {
     let has_column = |a: &&Addition| problem.fitted.iter().any(|g| problem.groups[*g].addition == **a);
     let mut additions: Vec<Addition> = best.additions().iter().filter(|a| !has_column(a)).cloned().collect();
-    let mut starts = InitialValues::default();
-    let distances = distances_from_nulls(&best.fit);
-    // The coefficients of parameters are distances from their null values, those of declared ones changes.
-    let value = |i: usize, coefficient: &f64| (i, best.fit.theta[i] - distances[i] + coefficient);
-    starts.shared.extend(problem.declared.iter().zip(&chosen.coefficients).map(|(i, c)| value(*i, c)));
+    let mut starts = InitialValues::new();
     let mut next = problem.declared.len();
     for g in &chosen.groups {
         let group = &problem.groups[*g];
         let coefficients = &chosen.coefficients[next..next + group.columns.len()];
         next += coefficients.len();
         additions.push(group.addition.clone());
-        if problem.fitted.contains(g) {
-            starts.shared.extend(group.columns.clone().zip(coefficients).map(|(i, c)| value(i, c)));
-            continue;
+        if !problem.fitted.contains(g) {
+            starts.push((group.addition.clone(), group.start(coefficients)));
+            starts.extend(problem.other_cycles(*g));
         }
-        starts.new.push((group.addition.clone(), group.start(coefficients)));
-        starts.new.extend(problem.other_cycles(*g));
-        starts.nulls.extend(group.null_start().map(|point| (group.addition.clone(), point)));
     }
     (additions, starts)
 }
@@ -302,9 +266,9 @@ fn sets_without_columns(
 ) -> Vec<(Vec<Addition>, InitialValues)> {
     let present = best.additions().to_vec();
     let h = &best.fit.hypothesis;
-    let extended = |new: Vec<(Addition, Vec<f64>)>| {
+    let extended = |new: InitialValues| {
         let additions = present.iter().cloned().chain(new.iter().map(|(a, _)| a.clone())).collect();
-        (additions, InitialValues::of_new(new))
+        (additions, new)
     };
     let mut out: Vec<(Vec<Addition>, InitialValues)> = Vec::new();
     if h.scatter.is_none() && search.do_events_vary(&best.fit, MAX_P_EVENTS_VARY) {
@@ -316,11 +280,10 @@ fn sets_without_columns(
         if let Some(simpler) = search.simpler_form(removed).filter(|simpler| !remaining.contains(simpler)) {
             let start = shared_values(best, number, &simpler);
             remaining.push(simpler.clone());
-            out.push((remaining, InitialValues::of_new(vec![(simpler, start)])));
+            out.push((remaining, vec![(simpler, start)]));
         } else if matches!(removed, Addition::Scatter(_)) {
             for other in search.scatters().into_iter().filter(|other| other != removed) {
-                let exchanged = [&remaining[..], std::slice::from_ref(&other)].concat();
-                out.push((exchanged, InitialValues::default()));
+                out.push(([&remaining[..], std::slice::from_ref(&other)].concat(), Vec::new()));
             }
         }
     }
@@ -365,7 +328,7 @@ fn fit_subsets(search: &Search<'_>, found: &mut SearchResult) {
         .into_par_iter()
         .map(|number| without(best.additions(), number))
         .filter(|subset| found.with_key(&labels(subset)).is_none())
-        .map(|subset| search.refit(&best.fit, &subset, &InitialValues::default()))
+        .map(|subset| search.refit(&best.fit, &subset, &Vec::new()))
         .collect();
     found.sets.extend(subsets.into_iter().filter(Scored::is_finite));
 }
@@ -476,7 +439,7 @@ impl SearchResult {
         if let Some(known) = self.sets.iter().position(|s| s.key() == key) {
             return known;
         }
-        self.sets.push(search.refit(&from.fit, additions, &InitialValues::default()));
+        self.sets.push(search.refit(&from.fit, additions, &Vec::new()));
         self.sets.len() - 1
     }
 }
