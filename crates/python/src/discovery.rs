@@ -73,6 +73,14 @@ impl Discovery {
             ReportContext::new(self.model.as_deref(), &self.data, &self.request, folder, &fingerprint);
         page(&context, &self.operation.subject, &self.found)
     }
+
+    /// Path of the declared model file, beside which the description of a robot is found; `model` for a text.
+    fn file(&self) -> &str {
+        match &self.operation.subject {
+            Subject::Equations(model) => &model.file,
+            Subject::BuiltIn(_) => "model",
+        }
+    }
 }
 
 #[pymethods]
@@ -86,13 +94,13 @@ impl Discovery {
 
     /// Returns the model with the added effects.
     fn model(&self, py: Python<'_>) -> PyResult<Model> {
-        // The description of a robot is found beside the declared model file.
-        let file = match &self.operation.subject {
-            Subject::Equations(model) => model.file.as_str(),
-            Subject::BuiltIn(_) => "model",
-        };
-        let subject = unlocked(py, || Subject::parse(&self.found.model_toml, file))?;
+        let subject = unlocked(py, || Subject::parse(&self.found.model_toml, self.file()))?;
         Ok(Model { subject, path: None, function: self.operation.function() })
+    }
+
+    /// Returns the path of the declared model file, beside which the description of a robot is found.
+    fn place(&self) -> String {
+        self.file().to_owned()
     }
 
     /// Returns the report page as HTML, with links relative to `folder`.

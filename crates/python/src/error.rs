@@ -10,7 +10,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 const MODULE: &str = "augsim._errors";
 
 /// Creates an exception of the package from its class name and message.
-fn exception(py: Python<'_>, class: &str, text: String) -> PyErr {
+pub fn exception(py: Python<'_>, class: &str, text: String) -> PyErr {
     let raised = || py.import(MODULE)?.getattr(class)?.call1((text,));
     raised().map_or_else(|e| e, PyErr::from_value)
 }

@@ -14,6 +14,7 @@ mod numbers;
 mod robot;
 mod run;
 mod source;
+mod start;
 mod stepper;
 
 use pyo3::prelude::*;
@@ -37,6 +38,8 @@ mod _augsim {
     use super::run::{Run, read_run, train};
     #[pymodule_export]
     use super::source::{Data, Source, read};
+    #[pymodule_export]
+    use super::start::{start_files, start_table};
     #[pymodule_export]
     use super::stepper::Stepper;
     use pyo3::prelude::*;

@@ -5,15 +5,18 @@ use crate::error::{raised, unlocked};
 use crate::external::{Function, Operation};
 use crate::numbers::{Numbers, memory};
 use crate::source::{Data, Source, accepted};
+use augsim_data::atomic_write;
 use augsim_discovery::PredictOptions;
-use augsim_session::Subject;
 use augsim_session::equations::fitted::calibrate;
-use augsim_session::export::{Language, export};
-use augsim_session::predict::predict;
+use augsim_session::equations::forecast::NothingToScore;
+use augsim_session::export::{Exported, Language, export, export_files};
 use augsim_session::predict::table::bands;
+use augsim_session::predict::{measure_scores, predict};
 use augsim_session::simulate::{MAX_SERIAL_VALUES, Plan, simulate};
+use augsim_session::{Subject, folders};
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
+use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -53,10 +56,11 @@ impl Model {
         Ok(Model { subject, path: Some(path), function: None })
     }
 
-    /// Parses the text of a model file.
+    /// Parses the text of a model file, as if it stood at `place`, beside which the description of a robot is found.
     #[staticmethod]
-    fn parse(py: Python<'_>, text: &str) -> PyResult<Self> {
-        let subject = unlocked(py, || Subject::parse(text, "model"))?;
+    #[pyo3(signature = (text, place="model"))]
+    fn parse(py: Python<'_>, text: &str, place: &str) -> PyResult<Self> {
+        let subject = unlocked(py, || Subject::parse(text, place))?;
         Ok(Model { subject, path: None, function: None })
     }
 
@@ -131,17 +135,55 @@ impl Model {
         Ok(Model { subject, path: None, function: self.function.clone() })
     }
 
-    /// Returns the model as a text in another language: `latex`, `python`, `c`, `urdf` or `mjcf`.
+    /// Returns the model as a text in another language; `None` if no language has this name.
     fn export(&self, py: Python<'_>, language: &str) -> PyResult<Option<String>> {
-        let language = match language {
-            "latex" => Language::Latex,
-            "python" => Language::Python,
-            "c" => Language::C,
-            "urdf" => Language::Urdf,
-            "mjcf" => Language::Mjcf,
-            _ => return Ok(None),
-        };
+        let Some(language) = Language::named(language) else { return Ok(None) };
         unlocked(py, || Ok(Some(export(&self.subject, language)?)))
+    }
+
+    /// Writes the model in another language to the file `out` and files beside it. Returns their paths and the notes on what the
+    /// export leaves out; `None` if no language has this name.
+    fn export_to(
+        &self,
+        py: Python<'_>,
+        language: &str,
+        out: PathBuf,
+    ) -> PyResult<Option<(Vec<PathBuf>, Vec<String>)>> {
+        let Some(language) = Language::named(language) else { return Ok(None) };
+        unlocked(py, || {
+            let Exported { files, notes } = export_files(&self.subject, language, &out)?;
+            folders::make(folders::parent_of(&out))?;
+            for (path, bytes) in &files {
+                atomic_write(path, |w| w.write_all(bytes))?;
+            }
+            Ok(Some((files.into_iter().map(|(path, _)| path).collect(), notes)))
+        })
+    }
+
+    /// Predicts every trajectory of the data and returns the scores of all measures as JSON.
+    #[pyo3(signature = (data, *, burn_in, samples, seed))]
+    fn evaluate(
+        &self,
+        py: Python<'_>,
+        data: &Source,
+        burn_in: usize,
+        samples: usize,
+        seed: u64,
+    ) -> PyResult<String> {
+        let (operation, data) = (self.begin(), data.from.clone());
+        let options = PredictOptions { seed, draws: samples, only: None };
+        let at_work = operation.clone();
+        let result = background::run(py, None, move |_| {
+            at_work.run(None, || {
+                let predicted = predict(&at_work.subject, &data, burn_in, &options)?;
+                let scores = measure_scores(&predicted);
+                if scores.is_empty() {
+                    return Err(NothingToScore { data: data.to_string(), burn_in }.into());
+                }
+                Ok(serde_json::to_string(&scores)?)
+            })
+        });
+        operation.finish(py, result)
     }
 
     /// Predicts every trajectory of the data; returns mean, median, and the ends of the 50 % and 90 % bands of each column.

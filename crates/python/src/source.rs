@@ -2,7 +2,7 @@
 
 use crate::error::unlocked;
 use crate::numbers::{Numbers, memory};
-use augsim_data::{Dataset, MissingCells, Trajectory};
+use augsim_data::{Dataset, MissingCells, Trajectory, write_dataset};
 use augsim_session::usage::UnknownName;
 use augsim_session::{DataFrom, Usage, table};
 use pyo3::prelude::*;
@@ -83,6 +83,11 @@ impl Data {
     /// Returns the source from which the data were read.
     fn source(&self, py: Python<'_>) -> Py<Source> {
         self.source.clone_ref(py)
+    }
+
+    /// Writes the trajectories to a CSV file.
+    fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        unlocked(py, || Ok(write_dataset(&self.set, &path)?))
     }
 
     /// Returns the name and the unit symbol of each column.

@@ -1,6 +1,7 @@
 """Contract (issue 53): a function of Python is a declared model like a file. It finds the same effects and values, and whatever it
 does wrong is one clear exception; nothing hangs."""
 
+import pickle
 import textwrap
 import threading
 import time
@@ -29,6 +30,10 @@ def decays():
     random = np.random.default_rng(5)
     runs = [start * np.exp(-2.0 * times) + random.normal(0.0, 0.003, 61) for start in (1.0, 2.0)]
     return {"trajectory": np.repeat([0, 1], 61), "t_s": np.tile(times, 2), "x_m": np.concatenate(runs)}
+
+
+def jax_decay(t, x, u, p):
+    return -p["rate_per_s"] * x
 
 
 def values(found):
@@ -87,6 +92,26 @@ def test_a_jacobian_is_used_in_place_of_differences(decays):
     without = augsim.Model.from_rates(decay, **SMALL).fit(decays)
     assert calls and values(with_jacobian) == pytest.approx(values(without), rel=1e-6)
     assert values(without)["rate_per_s"] == pytest.approx(2.0, rel=0.02)
+
+
+def test_a_function_of_jax_is_compiled_and_differentiated(decays):
+    jax = pytest.importorskip("jax", reason="JAX is not installed")
+    parameters = {"rate_per_s": (1.0, 0.1, 10.0), "bend_per_m": (0.3, 0.0, 1.0)}
+    arguments = SMALL | {"parameters": parameters}
+
+    def bent(t, x, u, p):
+        return [jax.numpy.where(x[0] > 0.0, -p["rate_per_s"] * x[0] * (1.0 + p["bend_per_m"] * x[0] ** 2), 0.0)]
+
+    def same(t, x, u, p):
+        return [np.where(x[0] > 0.0, -p["rate_per_s"] * x[0] * (1.0 + p["bend_per_m"] * x[0] ** 2), 0.0)]
+
+    model = augsim.Model.from_rates(bent, jacobian="jax", **arguments)
+    fitted = model.fit(decays)
+    assert values(fitted) == pytest.approx(values(augsim.Model.from_rates(same, **arguments).fit(decays)), rel=1e-4, abs=1e-5)
+    derivatives = model._inner.function().jacobian(np.zeros(1), np.array([[2.0]]), np.empty((0, 1)), np.array([[1.5], [0.3]]))
+    np.testing.assert_allclose([float(part.sum()) for part in derivatives], [-1.5 * (1 + 0.9 * 4), 0.0, -2.0 * 2.2 - 1.5 * 8], rtol=1e-14)
+    again = pickle.loads(pickle.dumps(augsim.Model.from_rates(jax_decay, jacobian="jax", **SMALL)))
+    assert values(again.fit(decays))["rate_per_s"] == pytest.approx(2.0, rel=0.01)
 
 
 def test_a_function_of_one_point_is_accepted_and_said_to_be_slow(decays):

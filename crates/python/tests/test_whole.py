@@ -1,6 +1,9 @@
 """Contract (issue 53): models, data and results are used from Python without files: set, saved, opened, pickled, predicted, exported."""
 
+import json
 import pickle
+import warnings
+import zipfile
 from datetime import timedelta
 
 import numpy as np
@@ -94,15 +97,87 @@ def test_errors_are_drawn_on_axes(found):
     assert len(ax.patches) == 3 and "rad" in ax.get_ylabel()
 
 
-def test_a_model_is_exported_as_a_program(found, tmp_path):
-    text = found.model.export("python", tmp_path / "law.py")
+def test_a_model_is_exported_as_files(found, tmp_path):
+    text = found.model.export("python")
+    assert found.model.export("python", tmp_path / "law.py") == [tmp_path / "law.py"]
     assert (tmp_path / "law.py").read_text() == text
     compile(text, "law.py", "exec")
-    with pytest.raises(augsim.UsageError, match="no language is called 'fortran'; there are: python, c, latex"):
+    assert found.model.export("c", tmp_path / "new" / "law.c") == [tmp_path / "new" / "law.c", tmp_path / "new" / "law.h"]
+    assert "law_step" in (tmp_path / "new" / "law.h").read_text()
+    with warnings.catch_warnings():
+        # Without a C compiler the FMU has sources only, and says so.
+        warnings.simplefilter("ignore")
+        [unit] = found.model.export("fmu", tmp_path / "law.fmu")
+    with zipfile.ZipFile(unit) as archive:
+        assert "modelDescription.xml" in archive.namelist()
+    with pytest.raises(augsim.UsageError, match="no language is called 'fortran'; there are: python, c, latex, fmu"):
         found.model.export("fortran")
+    with pytest.raises(augsim.UsageError, match="FMU"):
+        found.model.export("fmu")
     called = augsim.Model.from_rates(two_states, trace=False, **ARGUMENTS)
     with pytest.raises(augsim.ModelError, match="the Python function `two_states`, which cannot be exported"):
         called.export("c")
+
+
+def test_models_are_compared_on_new_recordings(found, augsim_command, tmp_path):
+    fresh = augsim.Data(systems.PENDULUM.recording(seed=2, samples=101))
+    errors = found.evaluate(fresh)
+    assert list(errors["model"]) == ["declared", "calibrated", "augmented"] and set(errors["unit"]) == {"rad"}
+    rmse = dict(zip(errors["model"], errors["rmse"]))
+    assert rmse["augmented"] < 0.01 < rmse["calibrated"] <= rmse["declared"]
+    folder = found.save(tmp_path / "found")
+    text = augsim_command("evaluate", folder, "--data", fresh.to_csv(tmp_path / "fresh.csv"), "--json")
+    for row, expected in zip(errors.itertuples(), json.loads(text)["rows"], strict=True):
+        assert (row.model, row.measure, row.rmse, row.r2) == tuple(expected[k] for k in ("model", "measure", "rmse", "r2"))
+        assert [row.low, row.high] == expected["ci95"] and row.coverage90 == expected["coverage90"]
+    again = augsim.Discovery(folder).evaluate(fresh)
+    pandas.testing.assert_frame_equal(again, errors)
+    short = {name: values[:3] for name, values in fresh.to_dict().items()}
+    with pytest.raises(augsim.DataError, match="first 5 samples"):
+        found.model.evaluate(short)
+
+
+def test_a_discovery_is_pickled(found, data, tmp_path):
+    again = pickle.loads(pickle.dumps(found))
+    assert again.json == found.json and again.model.to_toml() == found.model.to_toml()
+    assert list(again.plot()) == list(found.plot()) and again.plot().titles == found.plot().titles
+    assert again.to_html(tmp_path / "page.html").read_text().startswith("<!DOCTYPE html>")
+    np.testing.assert_array_equal(again.residuals(data)["angle_rad"], found.residuals(data)["angle_rad"])
+    opened = augsim.Discovery(found.save(tmp_path / "found"))
+    assert pickle.loads(pickle.dumps(opened)).sentence == found.sentence
+
+
+def test_a_model_is_calibrated_by_a_function(data):
+    fitted = augsim.fit(systems.PENDULUM.text, data)
+    assert fitted.json == augsim.Model(systems.PENDULUM.text).fit(data).json
+
+
+def test_recordings_in_any_layout_give_a_model_to_start_from(root, augsim_command, tmp_path):
+    throws = root / "fixtures" / "recordings" / "throws.txt"
+    begun = augsim.start(throws)
+    assert begun.recording == "throws in a plane" and begun.model.scenario == "ball" and begun.assumptions
+    folder = begun.save(tmp_path / "begun")
+    augsim_command("start", throws, "--out", tmp_path / "same")
+    for name in ("data.csv", "model.toml"):
+        assert (folder / name).read_text() == (tmp_path / "same" / name).read_text(), name
+
+    heated = {"t_s": np.arange(50.0), "heater_W": np.arange(50) % 20 * 1.0, "block_K": 300 + np.sin(np.arange(50) / 9)}
+    begun = augsim.start(heated, name="heated block")
+    assert (begun.inputs, begun.outputs, begun.recording) == (["heater_W"], ["block_K"], "other data")
+    assert 'name = "heated block"' in begun.text and begun.model.fit(begun.data).result["rows"]
+
+    raw = tmp_path / "raw.csv"
+    raw.write_text("clock,height\n" + "".join(f"{20 * k},{100 - 0.1 * k}\n" for k in range(50)))
+    begun = augsim.start(raw, time="clock:ms", columns={"height": "level_m:cm"})
+    assert begun.data["t_s"][1] == pytest.approx(0.02) and begun.data["level_m"][0] == pytest.approx(1.0)
+    with pytest.raises(augsim.UsageError, match="columns: `furlong` is not a known unit"):
+        augsim.start(raw, columns={"height": "level_m:furlong"})
+    with pytest.raises(augsim.UsageError, match="rate_hz = -1"):
+        augsim.start(raw, rate_hz=-1.0)
+    with pytest.raises(augsim.UsageError, match="up is for files"):
+        augsim.start(heated, up="z")
+    with pytest.raises(augsim.DataError, match="absent.csv"):
+        augsim.start(tmp_path / "absent.csv")
 
 
 def test_runs_are_read_from_lists_without_numbers_of_trajectories(data):

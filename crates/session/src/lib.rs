@@ -25,6 +25,7 @@ pub mod run_data;
 pub mod run_dir;
 mod run_lock;
 pub mod simulate;
+pub mod start;
 pub mod states;
 mod subject;
 pub mod table;

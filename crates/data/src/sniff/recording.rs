@@ -20,12 +20,24 @@ pub enum RecordingKind {
 
 impl RecordingKind {
     /// Kind of motion of a data set in the long form, from the names of its columns.
-    pub(crate) fn of(data: &Dataset) -> Self {
+    pub fn of(data: &Dataset) -> Self {
         match (data.has_column("pusher_x_m"), data.has_column("x_m") && data.has_column("z_m")) {
             (true, _) => RecordingKind::Pushes,
             (_, true) => RecordingKind::Falls(if data.has_column("y_m") { 3 } else { 2 }),
             _ if data.has_column("height_m") => RecordingKind::Falls(1),
             _ => RecordingKind::Other,
+        }
+    }
+
+    /// Name of the kind for the user, such as `throws in a plane`.
+    pub fn name(self) -> &'static str {
+        match self {
+            RecordingKind::Falls(1) => "drops",
+            RecordingKind::Falls(2) => "throws in a plane",
+            RecordingKind::Falls(_) => "throws in space",
+            RecordingKind::Pushes => "pushes",
+            RecordingKind::Moves(_) => "a motion without free fall",
+            RecordingKind::Other => "other data",
         }
     }
 }

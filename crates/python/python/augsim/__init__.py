@@ -12,10 +12,11 @@ from ._augsim import __version__
 from ._data import Data, read
 from ._discovery import Discovery, Figures, discover
 from ._errors import DataError, Error, ModelError, NumericalError, UsageError
-from ._model import Fit, Model, Parameter, Parameters
+from ._model import Fit, Model, Parameter, Parameters, fit
 from ._next import Plan, next
 from ._robot import from_robot
 from ._run import Run, train
+from ._start import Start, start
 from ._stepper import Stepper
 
 __all__ = [
@@ -32,13 +33,16 @@ __all__ = [
     "Parameters",
     "Plan",
     "Run",
+    "Start",
     "Stepper",
     "UsageError",
     "__version__",
     "discover",
+    "fit",
     "from_robot",
     "generate",
     "next",
     "read",
+    "start",
     "train",
 ]

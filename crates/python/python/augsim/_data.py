@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -85,6 +87,11 @@ class Data:
         import pandas
 
         return pandas.DataFrame(self.to_dict())
+
+    def to_csv(self, path: str | os.PathLike[str]) -> Path:
+        """Writes the trajectories to a file that :func:`augsim.read` and the command line read; returns its path."""
+        self._inner.write(os.fspath(path))
+        return Path(path)
 
     def __repr__(self) -> str:
         columns = ", ".join(self.columns)

@@ -6,6 +6,7 @@ import html
 import json
 import os
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from datetime import timedelta
 from functools import cached_property
 from pathlib import Path
@@ -14,7 +15,7 @@ from typing import Any
 from . import _augsim, _progress
 from ._data import Data
 from ._errors import UsageError
-from ._model import Model, _opened, explained, frame, whole
+from ._model import Model, _opened, explained, frame, scores, whole
 from ._tables import source
 
 
@@ -144,6 +145,29 @@ class Discovery:
         """Measured minus predicted values of the augmented model; see :meth:`augsim.Model.residuals`."""
         return self.model.residuals(data, burn_in=burn_in)
 
+    def evaluate(self, data: Any, *, burn_in: int = 5, samples: int = 400, seed: int = 1) -> Any:
+        """Errors of the declared, the calibrated and the augmented model on ``data``, as :meth:`augsim.Model.evaluate` gives them.
+
+        Column ``model`` names the model. Give recordings that the discovery has not seen: errors on others are too small.
+        """
+        columns: dict[str, list[Any]] = {}
+        for name, model in self._models().items():
+            scored = scores(model, data, burn_in, samples, seed)
+            for column, values in ({"model": [name] * len(scored["rmse"])} | scored).items():
+                columns.setdefault(column, []).extend(values)
+        return frame(columns)
+
+    def _models(self) -> dict[str, Model]:
+        """The declared, the calibrated and the augmented model."""
+        function = self.model._inner.function()
+        texts = self.result.get("models", {})
+        models = {}
+        for name in ("declared", "calibrated"):
+            if text := texts.get(f"{name}_toml"):
+                opened = _augsim.Model.external(text, function) if function else _augsim.Model.parse(text, self._inner.place())
+                models[name] = Model._of(opened)
+        return models | {"augmented": self.model}
+
     def next(self, data: Any = None, **options: Any) -> Any:
         """Designs the runs that separate the named model from its live rivals: a :class:`augsim.Plan`.
 
@@ -181,6 +205,13 @@ class Discovery:
         ax.set_ylabel(f"error on held-out trajectories in {self.error['unit']}")
         return ax
 
+    def __reduce__(self) -> Any:
+        if isinstance(self._inner, _Saved):
+            return Discovery, (self._inner.folder,)
+        inner = self._inner
+        figures = inner.figures()
+        return _unpickled, (inner.json(), self.model, inner.place(), inner.page(""), inner.excerpt(), figures)
+
     def _repr_html_(self) -> str:
         return _frame(self._inner.excerpt(), 720)
 
@@ -192,28 +223,60 @@ class _Saved:
     """The folder of a discovery, in place of the discovery itself."""
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder
+        self.folder = folder
         missing = [name for name in (RESULT, MODEL) if not (folder / name).is_file()]
         if missing:
             raise UsageError(f"{folder}: there is no {' and no '.join(missing)}; give the folder of a discovery")
 
     def json(self) -> str:
-        return (self._folder / RESULT).read_text(encoding="utf-8")
+        return (self.folder / RESULT).read_text(encoding="utf-8")
 
     def model(self) -> _augsim.Model:
-        return _augsim.Model.read(self._folder / MODEL)
+        return _augsim.Model.read(self.folder / MODEL)
+
+    def place(self) -> str:
+        return str(self.folder / MODEL)
 
     def page(self, _folder: str | os.PathLike[str]) -> str:
         try:
-            return (self._folder / REPORT).read_text(encoding="utf-8")
+            return (self.folder / REPORT).read_text(encoding="utf-8")
         except FileNotFoundError as cause:
-            raise UsageError(f"{self._folder}: there is no {REPORT}; run the discovery again") from cause
+            raise UsageError(f"{self.folder}: there is no {REPORT}; run the discovery again") from cause
 
     def excerpt(self) -> str:
         return f"<p>{html.escape(json.loads(self.json())['sentence'])}</p>"
 
     def figures(self) -> list[tuple[str, str]]:
-        raise UsageError(f"{self._folder}: the figures are in {self._folder / REPORT}; discover() returns them one by one")
+        raise UsageError(f"{self.folder}: the figures are in {self.folder / REPORT}; discover() returns them one by one")
+
+
+@dataclass(frozen=True)
+class _Kept:
+    """Parts of a pickled discovery, in place of the discovery itself."""
+
+    parts: tuple[str, Model, str, str, str, list[tuple[str, str]]]
+
+    def json(self) -> str:
+        return self.parts[0]
+
+    def model(self) -> _augsim.Model:
+        return self.parts[1]._inner
+
+    def place(self) -> str:
+        return self.parts[2]
+
+    def page(self, _folder: str | os.PathLike[str]) -> str:
+        return self.parts[3]
+
+    def excerpt(self) -> str:
+        return self.parts[4]
+
+    def figures(self) -> list[tuple[str, str]]:
+        return self.parts[5]
+
+
+def _unpickled(*parts: Any) -> Discovery:
+    return Discovery._of(_Kept(parts))
 
 
 def _frame(page: str, height: int) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 from . import _augsim, _declared, _trace
 from ._errors import ModelError, UsageError
 from ._function import TRIAL_POINTS, Function
+from ._jax import Compiled
 
 # A thread that called Python after its end would abort the program.
 atexit.register(_augsim.end_functions)
@@ -27,12 +28,15 @@ def from_rates(
     outputs: Any,
     inputs: Any = None,
     name: str | None = None,
-    jacobian: Callable[..., Any] | None = None,
+    jacobian: Callable[..., Any] | str | None = None,
     scales: Mapping[str, float] | None = None,
     trace: bool = True,
     more: Mapping[str, Any] | None = None,
 ) -> _augsim.Model:
     """See :meth:`augsim.Model.from_rates`."""
+    if jacobian == "jax":
+        places = [list(_declared.declared(what, value)) for what, value in (("inputs", inputs), ("parameters", parameters))]
+        function, jacobian = Compiled(function, *places, False), Compiled(function, *places, True)
     wrapped = _wrapped(function, name, (states, inputs, parameters, None), jacobian, scales)
     trial = _trial(wrapped, _declared.declared("parameters", parameters))
     rates = wrapped.try_out(trial)

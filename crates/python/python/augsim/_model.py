@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import math
 import os
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from ._tables import numbers, source
 
 
 #: Languages and formats of :meth:`Model.export`.
-LANGUAGES = ("python", "c", "latex", "urdf", "mjcf")
+LANGUAGES = ("python", "c", "latex", "fmu", "urdf", "mjcf")
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ class Model:
         outputs: Any,
         inputs: Any = None,
         name: str | None = None,
-        jacobian: Callable[..., Any] | None = None,
+        jacobian: Callable[..., Any] | str | None = None,
         scales: Mapping[str, float] | None = None,
         trace: bool = True,
         **more: Any,
@@ -100,7 +101,8 @@ class Model:
 
         ``jacobian(t, x, u, p)`` returns the derivatives of the rates by states, inputs and parameters, a tuple of arrays
         ``[state, …, point]``. Without it, derivatives are finite differences, whose steps are relative, and at least those of the
-        typical sizes in ``scales`` (by name; 0.01 for states and inputs, the value for parameters).
+        typical sizes in ``scales`` (by name; 0.01 for states and inputs, the value for parameters). For a function that is written with
+        ``jax.numpy``, ``jacobian="jax"`` compiles it and differentiates it exactly; it is then written for one point.
         """
         from ._from_function import from_rates
 
@@ -185,18 +187,38 @@ class Model:
             }
         )
 
-    def export(self, language: str, path: str | os.PathLike[str] | None = None) -> str:
-        """The model as a program (``python`` or ``c``), a document (``latex``), or the description of its robot (``urdf``, ``mjcf``).
+    @overload
+    def export(self, language: str) -> str: ...
 
-        Returns the text, and writes it to ``path`` if one is given. A model whose rates are a function of Python that could not be
+    @overload
+    def export(self, language: str, path: str | os.PathLike[str]) -> list[Path]: ...
+
+    def export(self, language: str, path: str | os.PathLike[str] | None = None) -> str | list[Path]:
+        """The model as a program (``python`` or ``c``), a document (``latex``), an FMU (``fmu``), or the description of its robot (``urdf``, ``mjcf``).
+
+        Returns the text; with a ``path``, writes that file and those beside it (the header of C code), and returns their paths. An
+        FMU needs a path. What the export leaves out is a warning. A model whose rates are a function of Python that could not be
         read as formulas cannot be exported.
         """
-        text = self._inner.export(language)
-        if text is None:
+        exported = self._inner.export(language) if path is None else self._inner.export_to(language, os.fspath(path))
+        if exported is None:
             raise UsageError(f"no language is called {language!r}; there are: {', '.join(LANGUAGES)}")
-        if path is not None:
-            Path(path).write_text(text, encoding="utf-8")
-        return text
+        if isinstance(exported, str):
+            return exported
+        paths, notes = exported
+        for note in notes:
+            warnings.warn(note, stacklevel=2)
+        return paths
+
+    def evaluate(self, data: Any, *, burn_in: int = 5, samples: int = 400, seed: int = 1) -> Any:
+        """Errors of predictions of ``data`` as a pandas frame with a row for each measure, or as a dict of lists without pandas.
+
+        Predictions are those of :meth:`predict`, and only values after the first ``burn_in`` samples count. ``rmse`` and its 95 %
+        interval ``low``, ``high`` over trajectories are in ``unit``; ``fit_percent`` is 100 (1 - error / standard deviation), ``r2`` the
+        coefficient of determination, ``coverage50`` and ``coverage90`` are the shares of the values in the 50 % and 90 % bands. Give
+        recordings to which the model was not fitted.
+        """
+        return frame(scores(self, data, burn_in, samples, seed))
 
     def predict(self, data: Any, *, burn_in: int = 5, samples: int = 400, seed: int = 1) -> Data:
         """Predicts every trajectory of ``data`` with bands, as ``augsim predict`` does.
@@ -302,6 +324,31 @@ class Parameters(dict[str, Parameter]):
 
     def __reduce__(self) -> Any:
         return dict, (list(self.items()),)
+
+
+def scores(model: Model, data: Any, burn_in: int, samples: int, seed: int) -> dict[str, list[Any]]:
+    """Columns of :meth:`Model.evaluate`."""
+    options = {name: whole(name, value) for name, value in (("burn_in", burn_in), ("samples", samples), ("seed", seed))}
+    with explained(model._inner):
+        rows = json.loads(model._inner.evaluate(source(data), **options))
+    numbers = ("fit_percent", "r2", "coverage50", "coverage90")
+    finite = lambda value: math.nan if value is None else value  # noqa: E731
+    return {
+        "measure": [row["measure"] for row in rows],
+        "rmse": [row["rmse"] for row in rows],
+        "low": [finite(row["ci95"][0]) for row in rows],
+        "high": [finite(row["ci95"][1]) for row in rows],
+        "unit": [row["unit"] for row in rows],
+        **{name: [finite(row[name]) for row in rows] for name in numbers},
+    }
+
+
+def fit(model: Model | str | os.PathLike[str], data: Any, accept: Sequence[str] = ()) -> Fit:
+    """Calibrates the declared parameters of a model of equations, as ``augsim fit`` does; see :meth:`Model.fit`.
+
+    ``model`` is a path, the text of a model file or a :class:`Model`.
+    """
+    return Model._of(_opened(model)).fit(data, accept)
 
 
 def _unpickled(text: str, function: Any) -> Model:

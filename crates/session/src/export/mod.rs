@@ -40,6 +40,21 @@ pub enum Language {
     Mjcf,
 }
 
+impl Language {
+    /// Language of a name as users write it, such as `python`; `None` if there is none.
+    pub fn named(name: &str) -> Option<Self> {
+        Some(match name {
+            "latex" => Language::Latex,
+            "python" => Language::Python,
+            "c" => Language::C,
+            "fmu" => Language::Fmu,
+            "urdf" => Language::Urdf,
+            "mjcf" => Language::Mjcf,
+            _ => return None,
+        })
+    }
+}
+
 /// Files of an export.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Exported {

@@ -2,6 +2,7 @@
 
 mod draws;
 mod equations;
+mod measure_scores;
 mod net;
 mod parameter_uncertainty;
 mod process_noise;
@@ -9,6 +10,7 @@ mod scores;
 pub mod table;
 
 pub use draws::RecordDraws;
+pub use measure_scores::{MeasureScores, fit_percent, measure_scores};
 pub use net::{NetAndPhysics, net_and_physics, net_scores, predict_with_net};
 pub use scores::{OutputScores, scores};
 

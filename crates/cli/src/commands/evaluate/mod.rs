@@ -32,10 +32,3 @@ pub fn run(args: &Evaluate, seed: u64, output: &Output) -> anyhow::Result<Outcom
         ModelOrRun::Model { folder, file } => model::run(args, &file, folder.as_deref(), seed, output),
     }
 }
-
-/// Fit of a model, %: 100 (1 - |y - y_model| / |y - mean|), from the coefficient of determination `r2`.
-///
-/// It is 100 for a perfect model and 0 for one that predicts as well as the mean.
-fn fit_percent(r2: f64) -> f64 {
-    100.0 * (1.0 - (1.0 - r2).max(0.0).sqrt())
-}

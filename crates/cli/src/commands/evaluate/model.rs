@@ -1,13 +1,13 @@
 //! `augsim evaluate MODEL` for balls and pushes, and for discovery folders: a table of all their models.
 
 use super::compare::compare_sets;
-use super::fit_percent;
 use crate::args::Evaluate;
 use crate::commands::note_reading;
 use crate::commands::own_data::{OwnData, ScoredPart};
 use augsim_data::estimate_digits;
 use augsim_discovery::{PredictOptions, PredictionSet};
 use augsim_session::equations::forecast::NothingToScore;
+use augsim_session::predict::{MeasureScores, measure_scores};
 use augsim_session::usage::Inapplicable;
 use augsim_session::{Subject, discovery_in, predict};
 use augsim_terminal::output::Output;
@@ -17,20 +17,12 @@ use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
 
-/// Score of the forecasts of one model in one measure (such as the position).
+/// Scores of the forecasts of one model in one measure.
 #[derive(Debug, Serialize)]
 struct Row {
     model: &'static str,
-    measure: String,
-    rmse: f64,
-    ci95: [f64; 2],
-    unit: String,
-    /// Fit of the forecast, %: 100 (1 - error / standard deviation).
-    fit_percent: f64,
-    r2: f64,
-    /// Share, 0 to 1, of the measured values of this measure in the 50 % prediction band.
-    coverage50: f64,
-    coverage90: f64,
+    #[serde(flatten)]
+    scores: MeasureScores,
 }
 
 #[derive(Debug, Serialize)]
@@ -103,21 +95,7 @@ fn check_criterion(args: &Evaluate, scored: Option<&PredictionSet>) -> anyhow::R
 }
 
 fn rows(model: &'static str, scored: &PredictionSet) -> Vec<Row> {
-    let rows = scored.errors.iter().filter(|e| e.rmse.is_finite()).map(|e| {
-        let [coverage50, coverage90] = [0.5, 0.9].map(|level| scored.coverage(level, &e.channels).0);
-        Row {
-            model,
-            measure: e.measure.clone(),
-            rmse: e.rmse,
-            ci95: e.ci95,
-            unit: e.unit.clone(),
-            fit_percent: fit_percent(scored.r2(&e.channels)),
-            r2: scored.r2(&e.channels),
-            coverage50,
-            coverage90,
-        }
-    });
-    rows.collect()
+    measure_scores(scored).into_iter().map(|scores| Row { model, scores }).collect()
 }
 
 fn discovery_verdict(scored: &[(&'static str, PredictionSet)], seed: u64) -> Option<String> {
@@ -140,13 +118,13 @@ fn model_score_text(all: &Scored) -> String {
         "\n  {:<12}{:<10}{:>14}  {:<28}{:>9}{:>9}{:>9}{:>9}",
         "model", "of", "error", "95 % interval", "fit", "R2", "in 50 %", "in 90 %"
     );
-    for r in &all.rows {
+    for Row { model, scores: r } in &all.rows {
         let (unit, scale) = if r.unit == "m" { ("mm", 1e3) } else { (r.unit.as_str(), 1.0) };
         let [value, low, high] = estimate_digits(scale * r.rmse, r.ci95.map(|v| scale * v));
         let _ = write!(
             text,
             "\n  {:<12}{:<10}{:>14}  {:<28}{:>8.1}%{:>9.4}{:>8.1}%{:>8.1}%",
-            r.model,
+            model,
             r.measure,
             format!("{value} {unit}"),
             format!("{low} to {high} {unit}"),

@@ -1,7 +1,6 @@
 //! `augsim evaluate A B`: errors of two models or nets on the same data, side by side.
 
 use super::compare::compare_sets;
-use super::fit_percent;
 use crate::args::{Evaluate, ProtocolArg};
 use crate::commands::own_data::{OwnData, ScoredPart};
 use crate::commands::{count_trajectories, note_reading};
@@ -9,6 +8,7 @@ use anyhow::Context;
 use augsim_data::digits;
 use augsim_discovery::{PredictOptions, PredictionSet};
 use augsim_session::equations::forecast::NothingToScore;
+use augsim_session::predict::fit_percent;
 use augsim_session::predict::{predict, predict_with_net};
 use augsim_session::run_dir::RunDir;
 use augsim_session::usage::Inapplicable;

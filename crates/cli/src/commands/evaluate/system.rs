@@ -1,10 +1,10 @@
 //! `augsim evaluate MODEL.toml`: scores the free run of a model of equations.
 
-use super::fit_percent;
 use crate::args::Evaluate;
 use crate::commands::own_data::{OwnData, ScoredPart};
 use crate::commands::{count_trajectories, note_conversions};
 use augsim_session::equations::{self, forecast, records};
+use augsim_session::predict::fit_percent;
 use augsim_session::usage::Inapplicable;
 use augsim_terminal::output::Output;
 use augsim_terminal::progress::Steps;

@@ -1,5 +1,6 @@
 //! Drafts a model file of equations for a recording: inputs, outputs, and linear equations to be replaced.
 
+use super::Drafted;
 use augsim_data::{Dataset, Dimensions, Unit, digits};
 use std::fmt::Write;
 
@@ -69,17 +70,10 @@ struct Quantity {
     frequency: f64,
 }
 
-/// Text of the drafted model file, and the names of its inputs and outputs.
-pub(super) struct Draft {
-    pub text: String,
-    pub inputs: Vec<String>,
-    pub outputs: Vec<String>,
-}
-
-/// Drafts a model file of linear equations for `data`; `None` where no column varies.
+/// Drafts a model file of linear equations for `data`: its text and its columns; `None` where no column varies.
 ///
 /// `name` and `source` appear in the text.
-pub(super) fn draft(data: &Dataset, name: &str, source: &str) -> Option<Draft> {
+pub(super) fn draft(data: &Dataset, name: &str, source: &str) -> Option<(String, Drafted)> {
     let mut quantities: Vec<Quantity> = (0..data.columns().len()).map(|i| quantity(data, i)).collect();
     // Where every column looks like an input, the last one is taken as the response.
     if !quantities.iter().any(|q| q.role == Role::Output) {
@@ -90,7 +84,7 @@ pub(super) fn draft(data: &Dataset, name: &str, source: &str) -> Option<Draft> {
     };
     let (inputs, outputs) = (names(Role::Input), names(Role::Output));
     let text = text(&quantities, name, source, duration(data));
-    Some(Draft { text, inputs, outputs })
+    Some((text, Drafted { inputs, outputs }))
 }
 
 /// Median duration of the trajectories, s.

@@ -1,28 +1,19 @@
 //! `augsim start`: converts raw recordings into a data file and a starting model file.
 
-mod draft;
-
 use crate::args::Start;
-use augsim_data::{
-    DataError, Dataset, MissingCells, RecognisedData, RecognitionOptions, RecordingKind, Summary,
-    escaped_list, recognise, write_dataset,
-};
-use augsim_physics::ball::detected_floor_m;
-use augsim_physics::model::template;
+use augsim_data::{Dataset, RecognitionOptions, RecordingKind, Summary, escaped_list, write_dataset};
 use augsim_session::command_line::quoted;
+use augsim_session::start::{Started, from_files};
 use augsim_session::usage::Takes;
 use augsim_terminal::destination::Results;
 use augsim_terminal::output::Output;
 use augsim_terminal::record::Record;
 use augsim_terminal::{Outcome, Usage};
-use draft::draft;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 const DATA: &str = "data.csv";
 const MODEL: &str = "model.toml";
-/// Absolute floor height, m, above which the model file declares it; larger than the radius of a ball.
-const MIN_DECLARED_FLOOR_M: f64 = 0.05;
 
 /// Output of `augsim start`: the written files and how the recording was interpreted.
 #[derive(Debug, Serialize)]
@@ -61,42 +52,33 @@ pub fn run(args: &Start, force: bool, output: &Output) -> anyhow::Result<Outcome
     let inputs: Vec<&Path> = args.data.iter().map(PathBuf::as_path).collect();
     let claim =
         Results { folder: &args.out, files: &[DATA, MODEL], inputs: &inputs, record, force }.claim()?;
-    let RecognisedData { data, recording, assumptions: assumed } = read(args)?;
-    let floor = match recording {
-        RecordingKind::Falls(_) => detected_floor_m(&data),
-        _ => None,
-    };
-    let source: Vec<String> = args.data.iter().map(|p| p.display().to_string()).collect();
-    let source = source.join(" ").replace(['\n', '\r'], " ");
-    let equations = match recording {
-        RecordingKind::Moves(_) | RecordingKind::Other => draft(&data, &system_name(&args.data), &source),
-        _ => None,
-    };
-    let text = equations.as_ref().map(|d| d.text.clone()).or_else(|| model(recording, floor, &source));
+    let started = from_files(&args.data, &layout(args))?;
     claim.begin()?;
     let data_file = args.out.join(DATA);
+    let Started { data, model, recording, assumptions, floor_height_m, drafted } = started;
     write_dataset(&data, &data_file)?;
-    let model = text.map(|text| claim.write(MODEL, &text)).transpose()?;
-    let next = next(&recording, &data_file, model.as_deref(), equations.is_some());
+    let model = model.map(|text| claim.write(MODEL, &text)).transpose()?;
+    let next = next(recording, &data_file, model.as_deref(), drafted.is_some());
+    let (inputs, outputs) = drafted.map_or_else(Default::default, |d| (d.inputs, d.outputs));
     let result = StartResult {
         data: data_file,
         model,
-        recording: word(&recording),
+        recording: recording.name(),
         trajectories: data.trajectories().len(),
         samples: data.trajectories().iter().map(|t| t.len()).sum(),
-        assumed,
-        floor_height_m: floor,
-        inputs: equations.as_ref().map_or_else(Vec::new, |d| d.inputs.clone()),
-        outputs: equations.map_or_else(Vec::new, |d| d.outputs),
+        assumed: assumptions,
+        floor_height_m,
+        inputs,
+        outputs,
         next,
     };
-    output.result(&result, || start_text(&result, &data, &recording))?;
+    output.result(&result, || start_text(&result, &data, recording))?;
     Ok(Outcome::Done)
 }
 
-/// Reads the recordings, with the layout that the options state or that is inferred.
-fn read(args: &Start) -> Result<RecognisedData, DataError> {
-    let reading = RecognitionOptions {
+/// Layout of the recordings that the options state.
+fn layout(args: &Start) -> RecognitionOptions {
+    RecognitionOptions {
         separator: args.sep,
         decimal: args.decimal.as_ref().and_then(|d| d.chars().next()),
         time: args.time.clone(),
@@ -104,58 +86,11 @@ fn read(args: &Start) -> Result<RecognisedData, DataError> {
         columns: args.columns.clone(),
         up: args.up.clone(),
         rate_hz: args.rate_hz,
-    };
-    recognise(&args.data, &reading, MissingCells::AsGap)
-}
-
-fn word(recording: &RecordingKind) -> &'static str {
-    match recording {
-        RecordingKind::Falls(1) => "drops",
-        RecordingKind::Falls(2) => "throws in a plane",
-        RecordingKind::Falls(_) => "throws in space",
-        RecordingKind::Pushes => "pushes",
-        RecordingKind::Moves(_) => "a motion without free fall",
-        RecordingKind::Other => "other data",
     }
-}
-
-/// Text of a starting model file of a ball or of pushing; `None` if neither fits the recording.
-fn model(recording: RecordingKind, floor: Option<f64>, source: &str) -> Option<String> {
-    let head = |text: &str| format!("# Made by augsim start from {source}.\n{text}");
-    match recording {
-        RecordingKind::Falls(_) => {
-            let mut text = template("ball")?.to_owned();
-            let suggested = "# floor_height_m = { nominal = 0.0, min = -0.5, max = 0.5 }";
-            match floor {
-                // The restitution cannot be calibrated without impacts.
-                None => {
-                    text = text.replace("\nrestitution = ", "\n# No impacts were found.\n# restitution = ")
-                }
-                Some(z) if z.abs() > MIN_DECLARED_FLOOR_M => {
-                    let (low, high) = (z - 0.5, z + 0.5);
-                    let line =
-                        format!("floor_height_m = {{ nominal = {z:.4}, min = {low:.4}, max = {high:.4} }}");
-                    text = text.replace(suggested, &line);
-                }
-                Some(_) => {}
-            }
-            Some(head(&text))
-        }
-        RecordingKind::Pushes => template("push").map(head),
-        RecordingKind::Moves(_) | RecordingKind::Other => None,
-    }
-}
-
-/// Name of the system in a drafted model: that of the first file, reduced to letters and digits.
-fn system_name(files: &[PathBuf]) -> String {
-    let stem = files.first().and_then(|f| f.file_stem()).unwrap_or_default().to_string_lossy().into_owned();
-    let name: String = stem.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { ' ' }).collect();
-    let name = name.split_whitespace().collect::<Vec<_>>().join(" ");
-    if name.is_empty() { "system".to_owned() } else { name }
 }
 
 /// Text with the commands to run next; `is_draft` states that the model is a draft of equations.
-fn next(recording: &RecordingKind, data: &Path, model: Option<&Path>, is_draft: bool) -> String {
+fn next(recording: RecordingKind, data: &Path, model: Option<&Path>, is_draft: bool) -> String {
     let words = |list: &[&str]| quoted(&list.iter().map(|w| (*w).to_owned()).collect::<Vec<_>>());
     let data = data.display().to_string();
     let Some(model) = model.map(|m| m.display().to_string()) else {
@@ -172,7 +107,7 @@ fn next(recording: &RecordingKind, data: &Path, model: Option<&Path>, is_draft: 
 }
 
 /// Formats the interpretation of the recording and the next command in at most ten lines.
-fn start_text(result: &StartResult, data: &Dataset, recording: &RecordingKind) -> String {
+fn start_text(result: &StartResult, data: &Dataset, recording: RecordingKind) -> String {
     let mut lines = result.assumed.clone();
     // Ten lines in all.
     lines.truncate(if result.outputs.is_empty() { 5 } else { 3 });
