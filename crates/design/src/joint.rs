@@ -118,8 +118,28 @@ impl Joint {
     fn add_opened(&mut self, new: Vec<Opened>) -> Result<(), DesignError> {
         self.runs.extend(linearised(&self.prior, &self.xi, new)?);
         self.sum();
+        // From rough initial states the parameters would take up what is the initial states' error, and end far away.
+        self.settle_states();
         self.maximise();
         Ok(())
+    }
+
+    /// Predicted decrease of twice the negative log density by steps of the initial states alone, nats.
+    fn state_gain(&self) -> f64 {
+        self.runs.iter().map(|run| run.likelihood.all.state_gain).sum()
+    }
+
+    /// Gauss-Newton steps to the most probable initial states with the parameters as they are.
+    fn settle_states(&mut self) {
+        let still = vec![0.0; self.xi.len()];
+        for _ in 0..MAX_STEPS {
+            if self.state_gain() < MIN_DECREASE {
+                break;
+            }
+            let closer = |share: &f64| self.at(&still, *share).filter(|there| there.cost < self.cost);
+            let Some(closer) = STEP_SHARES.iter().find_map(closer) else { break };
+            *self = closer;
+        }
     }
 
     /// The recordings, each with its current unknowns.
@@ -141,8 +161,7 @@ impl Joint {
     fn maximise(&mut self) {
         for _ in 0..MAX_STEPS {
             let Some((step, gain)) = self.step() else { break };
-            let states = self.runs.iter().flat_map(|r| &r.likelihood.all.state_step);
-            if gain + states.map(|step| step * step).fold(0.0, f64::max) < MIN_DECREASE {
+            if gain + self.state_gain() < MIN_DECREASE {
                 break;
             }
             let Some(better) = STEP_SHARES.iter().find_map(|share| self.moved(&step, *share)) else { break };
@@ -216,17 +235,13 @@ impl Joint {
         Some(pulled)
     }
 
-    /// The recordings at the coordinates `xi` of the parameters; `None` if they cannot be simulated there.
-    ///
-    /// The initial states are the most probable ones there, after at most two Gauss-Newton steps.
+    /// The recordings at the coordinates `xi` of the parameters, with the most probable initial states there; `None` if they cannot
+    /// be simulated there.
     pub fn moved_to(&self, xi: &[f64]) -> Option<Self> {
         let step: Vec<f64> = xi.iter().zip(&self.xi).map(|(to, from)| to - from).collect();
-        let there = self.at(&step, 1.0)?;
-        let state_steps = there.runs.iter().flat_map(|r| &r.likelihood.all.state_step);
-        match state_steps.map(|step| step * step).fold(0.0, f64::max) < MIN_DECREASE {
-            true => Some(there),
-            false => there.at(&vec![0.0; xi.len()], 1.0),
-        }
+        let mut there = self.at(&step, 1.0)?;
+        there.settle_states();
+        Some(there)
     }
 
     /// Sums the runs at the current point.

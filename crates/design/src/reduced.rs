@@ -27,6 +27,8 @@ pub(crate) struct Reduced {
     pub half_log_determinant: f64,
     /// Step H⁻¹h of the initial state with fixed parameters.
     pub state_step: Vec<f64>,
+    /// Decrease h'H⁻¹h of twice the negative log density by that step, nats.
+    pub state_gain: f64,
     /// Change H⁻¹V'W of that step for each parameter, with the sign changed, `[state][parameter]`.
     pub state_by_parameter: Vec<Vec<f64>>,
 }
@@ -74,6 +76,7 @@ impl Reduced {
             half_log_determinant,
             state_by_parameter: (0..states).map(|s| by_parameter.iter().map(|b| b[s]).collect()).collect(),
             state_step,
+            state_gain: gain,
         })
     }
 }

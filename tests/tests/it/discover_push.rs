@@ -7,17 +7,27 @@ use crate::shared_data::shared_data;
 use augsim_data::checks::{AcceptedChecks, Check};
 use augsim_data::convert::CONVERTERS;
 use augsim_data::{Dataset, Trajectory};
-use augsim_discovery::{Discovery, Options, Verdict, discover};
+use augsim_discovery::{AllowedEffects, Discovery, Options, Verdict, discover};
 use augsim_physics::model::{ModelFile, PushModel};
 use augsim_physics::push::Object;
 use augsim_tests::answers::assert_independent_of_threads;
 use augsim_tests::sealed_push::{PushKind, PushTruth, seal_pushes};
 
-fn sealed(effect: Option<PushKind>, patches: bool) -> Discovery {
+fn sealed(effect: Option<PushKind>, patches: bool, options: &Options) -> Discovery {
     let truth = PushTruth { effect, patches, c_m: 0.0355, contact_friction: 0.28, pushes: 24 };
     let set = seal_pushes(truth, 11).expect("well formed");
     let model = PushModel::parse(&set.model, "sealed.toml").expect("well formed");
-    discover(&model, &set.data, &Options::default(), &mut |_| {}).expect("an answer")
+    discover(&model, &set.data, options, &mut |_| {}).expect("an answer")
+}
+
+/// Options of a search among some effects, those that the data could confuse. The battery of pushes tries the whole library.
+fn among(kinds: &[&str]) -> Options {
+    let only = kinds.iter().map(|kind| (*kind).to_owned()).collect();
+    Options {
+        null_runs: 0,
+        effects: AllowedEffects { only, ..AllowedEffects::default() },
+        ..Options::default()
+    }
 }
 
 /// Converts the measured set `set`; returns it with its declared model, or `None` if the folder is missing.
@@ -32,13 +42,25 @@ fn measured(folder: &str, set: &str) -> Option<(Dataset, PushModel)> {
     Some((converted.data, model))
 }
 
+/// Effects that are left out where a test does not need the whole library, because they take most of the time.
+const SLOW_EFFECTS: [&str; 8] = [
+    "exact-surface",
+    "superelliptic-surface",
+    "speed-dependent-friction",
+    "object-anisotropy",
+    "friction-gradient",
+    "frame-registration",
+    "pose-offset",
+    "rod-compliance",
+];
+
 fn kinds(d: &Discovery) -> Vec<&str> {
     d.effects.iter().map(|e| e.kind.as_str()).collect()
 }
 
 #[test]
 fn nothing_is_found_where_there_is_nothing() {
-    let d = sealed(None, false);
+    let d = sealed(None, false, &Options::default());
     assert_eq!(d.verdict, Verdict::NothingToAdd, "{}", d.sentence);
     let [low, high] = d.parameters["c_m"].ci95;
     assert!(low < 0.0355 && 0.0355 < high && high - low < 2e-3, "{:?}", d.parameters);
@@ -46,7 +68,7 @@ fn nothing_is_found_where_there_is_nothing() {
 
 #[test]
 fn friction_of_the_table_with_a_grain_is_named() {
-    let d = sealed(Some(PushKind::TableAnisotropy(1.25, 0.6)), false);
+    let d = sealed(Some(PushKind::TableAnisotropy(1.25, 0.6)), false, &Options::default());
     assert_eq!(kinds(&d), ["table-anisotropy"], "{}", d.sentence);
     let p = &d.effects[0].parameters;
     assert!((p["ratio"].value - 1.25).abs() < 0.03 && (p["angle_rad"].value - 0.6).abs() < 0.06, "{p:?}");
@@ -55,7 +77,8 @@ fn friction_of_the_table_with_a_grain_is_named() {
 
 #[test]
 fn the_exact_surface_is_found_as_such_or_as_a_superellipsoid() {
-    let d = sealed(Some(PushKind::ExactSurface), true);
+    let rivals = ["exact-surface", "superelliptic-surface", "object-anisotropy", "pressure-offset"];
+    let d = sealed(Some(PushKind::ExactSurface), true, &among(&rivals));
     let found = kinds(&d);
     assert!(found == ["exact-surface"] || found == ["superelliptic-surface"], "{}", d.sentence);
     assert!(d.error.explained_share.is_some_and(|s| s > 0.8), "{:?}", d.error);
@@ -63,7 +86,8 @@ fn the_exact_surface_is_found_as_such_or_as_a_superellipsoid() {
 
 #[test]
 fn two_frames_of_different_scale_are_named() {
-    let d = sealed(Some(PushKind::FrameRegistration(0.006, -0.01)), false);
+    let rivals = ["frame-registration", "tip-offset", "pose-offset", "rod-compliance"];
+    let d = sealed(Some(PushKind::FrameRegistration(0.006, -0.01)), false, &among(&rivals));
     assert_eq!(kinds(&d), ["frame-registration"], "{}", d.sentence);
     let p = &d.effects[0].parameters;
     assert!((p["scale"].value - 0.006).abs() < 1e-3 && (p["angle_rad"].value + 0.01).abs() < 1e-3, "{p:?}");
@@ -86,7 +110,11 @@ fn what_differs_from_group_to_group_is_named_with_its_values() {
     let (evening, _) = session("evening", 0.038, 22);
     let data = Dataset::from_names(&NAMES, [morning, evening].concat()).expect("well formed");
     let model = PushModel::parse(&model, "sealed.toml").expect("well formed");
-    let d = discover(&model, &data, &Options::default(), &mut |_| {}).expect("an answer");
+    // Values by group are tried only if no effects are named, so the others are excluded.
+    let exclude = SLOW_EFFECTS.iter().map(|kind| (*kind).to_owned()).collect();
+    let effects = AllowedEffects { exclude, ..AllowedEffects::default() };
+    let options = Options { null_runs: 0, effects, ..Options::default() };
+    let d = discover(&model, &data, &options, &mut |_| {}).expect("an answer");
     assert_eq!(kinds(&d), ["c_m per group"], "{}", d.sentence);
     let groups = &d.effects[0].parameters["c_m"].groups;
     assert!(
@@ -95,7 +123,7 @@ fn what_differs_from_group_to_group_is_named_with_its_values() {
     );
     // The augmented model has them, and says nothing more.
     let augmented = PushModel::parse(&d.model_toml, "augmented.toml").expect("a model");
-    let again = discover(&augmented, &data, &Options::default(), &mut |_| {}).expect("an answer");
+    let again = discover(&augmented, &data, &options, &mut |_| {}).expect("an answer");
     assert_eq!(again.verdict, Verdict::NothingToAdd, "{}", again.sentence);
     assert_eq!(again.parameters["c_m"].groups.len(), 2, "{:?}", again.parameters);
     let declared_in_rivals = again.error.declared.rmse / again.error.calibrated.rmse;
@@ -114,7 +142,8 @@ fn what_poses_cannot_tell_has_no_narrow_interval() {
     let free = "support_friction = { nominal = 0.15, min = 0.05, max = 0.5 }";
     let model = PushModel::parse(&set.model.replace("support_friction = 0.15", free), "sealed.toml")
         .expect("a model");
-    let d = discover(&model, &set.data, &Options::default(), &mut |_| {}).expect("an answer");
+    let rivals = among(&["rod-compliance", "tip-offset", "frame-registration", "pose-offset"]);
+    let d = discover(&model, &set.data, &rivals, &mut |_| {}).expect("an answer");
     assert_eq!(kinds(&d), ["rod-compliance"], "{}", d.sentence);
     assert_eq!(d.effects[0].parameters["c_m_per_N"].ci95, [0.0, 0.002]);
     assert_eq!(d.parameters["support_friction"].ci95, [0.05, 0.5]);
@@ -133,7 +162,8 @@ fn supports_on_pins_show_where_the_pressure_is() {
         let all = data.trajectories().iter().enumerate();
         let chosen: Vec<usize> = all.filter(|(_, t)| t.group() == Some(group)).map(|(i, _)| i).collect();
         assert_eq!(chosen.len(), 50, "{group}");
-        let d = discover(&model, &data.select(&chosen), &Options::default(), &mut |_| {}).expect("an answer");
+        let d = discover(&model, &data.select(&chosen), &among(&["pressure-offset"]), &mut |_| {});
+        let d = d.expect("an answer");
         let c = d.parameters["c_m"].value;
         assert!((c / pins).ln().abs() < 0.15, "{group}: {c} m, pins {pins} m; {}", d.sentence);
     }

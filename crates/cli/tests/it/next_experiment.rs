@@ -241,3 +241,27 @@ fn a_pool_of_recorded_runs_is_replayed() {
         &["reproduce next", "--data"],
     );
 }
+
+#[test]
+fn releases_from_rest_do_not_make_a_promise_that_cannot_be_kept() {
+    // Rough initial speeds of a release are far off. Parameters that took up their errors once promised odds of a million to 1 for
+    // two laws whose predictions are the same line.
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let d = dir.path();
+    let pendulum = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/systems/pendulum/");
+    let [model, data] = ["model.toml", "swings.csv"].map(|name| format!("{pendulum}{name}"));
+    let laws = ["--only", "coulomb,stribeck", "--null-runs", "0", "--out", "found"];
+    let found = succeed_json(&[&["discover", &model, &data], &laws[..]].concat(), d);
+    assert_eq!(found["models"]["rivals"].as_array().map(Vec::len), Some(1), "{}", found["sentence"]);
+    std::fs::write(d.join("limits.toml"), "[starts]\ntheta_rad = [-1.5, 1.5]\n").expect("written");
+    let plan = ["next", "found", "--limits", "limits.toml", "--budget", "1", "--sequences", "20", "--json"];
+    let planned = augsim(&plan, d);
+    assert_eq!(planned.status.code(), Some(1), "the run is not enough");
+    let planned: serde_json::Value = serde_json::from_slice(&planned.stdout).expect("JSON");
+    for draws in planned["promise"]["effective_draws"].as_array().expect("draws of each law") {
+        assert!(draws.as_f64().is_some_and(|n| n > 50.0), "{draws}");
+    }
+    for odds in planned["plan"][0]["odds"].as_array().expect("odds of each pair") {
+        assert!(odds["log_odds"].as_f64().is_some_and(|nats| (-1.0..3.0).contains(&nats)), "{odds}");
+    }
+}

@@ -195,7 +195,8 @@ pub(super) fn run_row(run: &PlannedRun) -> [String; 4] {
     let starts: Vec<String> = run.starts.iter().map(|(name, v)| format!("{name} = {}", digits(*v))).collect();
     let smallest = run.odds.iter().map(|o| o.log_odds).fold(f64::INFINITY, f64::min);
     let expected = if smallest.is_finite() { format!("{smallest:.1} nats") } else { String::new() };
-    [run.file.clone(), run.signals.join(", "), starts.join(", "), expected]
+    let signals = if run.signals.is_empty() { "no input".to_owned() } else { run.signals.join(", ") };
+    [run.file.clone(), signals, starts.join(", "), expected]
 }
 
 /// The plan as text for a terminal.
