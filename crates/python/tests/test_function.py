@@ -72,7 +72,7 @@ def test_the_pendulum_as_a_called_function_finds_its_friction():
     system = systems.PENDULUM
     data = system.recording(samples=101)
     function = augsim.Model.from_rates(system.function, trace=False, **system.arguments)
-    rivals = ["coulomb", "viscous", "quadratic"]
+    rivals = ["coulomb", "linear-damping", "quadratic-damping"]
     of_file, found = (augsim.discover(model, data, only=rivals, null_runs=0) for model in (augsim.Model(system.text), function))
     assert [effect["kind"] for effect in found.effects] == ["coulomb"] == [effect["kind"] for effect in of_file.effects]
     assert values(found) == pytest.approx(values(of_file), rel=1e-3)

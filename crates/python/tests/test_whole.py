@@ -133,7 +133,7 @@ def test_models_are_compared_on_new_recordings(found, augsim_command, tmp_path):
     again = augsim.Discovery(folder).evaluate(fresh)
     pandas.testing.assert_frame_equal(again, errors)
     short = {name: values[:3] for name, values in fresh.to_dict().items()}
-    with pytest.raises(augsim.DataError, match="first 5 samples"):
+    with pytest.raises(augsim.DataError, match="after the first 5, which the initial state"):
         found.model.evaluate(short)
 
 
