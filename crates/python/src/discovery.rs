@@ -53,7 +53,7 @@ pub fn discover(
     let until = time_limit.and_then(|limit| Instant::now().checked_add(limit));
     let options = Options { seed, null_runs, accepted, library, effects, until };
     let request = DiscoverRequest { groups, accept, options };
-    let (operation, path, data) = (model.begin(), model.path.clone(), data.from.clone());
+    let (operation, path, data) = (model.begin(py)?, model.path.clone(), data.from.clone());
     let at_work = operation.clone();
     let result = background::run(py, progress.as_ref(), move |line| {
         let mut report = |step: augsim_discovery::Progress| {

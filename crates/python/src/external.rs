@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::thread::ThreadId;
 
 /// A function of Python for the rates of a model, as the Python package has wrapped it.
 ///
@@ -24,6 +25,8 @@ pub struct Function {
     /// Held during a call: a function may use objects that only one thread at a time may touch, such as a simulator,
     /// and release the GIL meanwhile.
     in_call: Mutex<()>,
+    /// The thread that is in a call.
+    caller: Mutex<Option<ThreadId>>,
 }
 
 impl Function {
@@ -36,12 +39,22 @@ impl Function {
             is_costly: wrapper.getattr("is_costly")?.extract()?,
             wrapper: wrapper.clone().unbind(),
             in_call: Mutex::new(()),
+            caller: Mutex::new(None),
         })
     }
 
     /// The wrapped function as an object of Python.
     pub fn wrapper(&self, py: Python<'_>) -> Py<PyAny> {
         self.wrapper.clone_ref(py)
+    }
+
+    fn set_caller(&self, caller: Option<ThreadId>) {
+        *self.caller.lock().unwrap_or_else(PoisonError::into_inner) = caller;
+    }
+
+    /// Whether this thread is in a call of the function. An operation that the function itself begins would wait for its end.
+    pub fn is_called_here(&self) -> bool {
+        *self.caller.lock().unwrap_or_else(PoisonError::into_inner) == Some(std::thread::current().id())
     }
 }
 
@@ -106,6 +119,7 @@ impl Calls {
         if self.has_ended.load(Ordering::Relaxed) {
             return;
         }
+        self.function.set_caller(Some(std::thread::current().id()));
         let done = Python::try_attach(|py| {
             let result = self.call_attached(py, method, points, arguments, into);
             if let Err(error) = result {
@@ -113,6 +127,7 @@ impl Calls {
                 self.raised.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
             }
         });
+        self.function.set_caller(None);
         drop(in_call);
         // Without an interpreter the program is ending.
         if done.is_none() {

@@ -1,7 +1,7 @@
 //! Python class of model files.
 
 use crate::background;
-use crate::error::{raised, unlocked};
+use crate::error::{exception, raised, unlocked};
 use crate::external::{Function, Operation};
 use crate::numbers::{Numbers, memory};
 use crate::source::{Data, Source, accepted};
@@ -42,8 +42,15 @@ fn owned(columns: NamedColumns) -> Vec<(String, Vec<f64>)> {
 
 impl Model {
     /// Begins an operation on the model.
-    pub fn begin(&self) -> Operation {
-        Operation::new(&self.subject, self.function.as_ref())
+    ///
+    /// # Errors
+    /// The function of the model itself begins it, and would wait for its own end.
+    pub fn begin(&self, py: Python<'_>) -> PyResult<Operation> {
+        if self.function.as_ref().is_some_and(|function| function.is_called_here()) {
+            let text = "the function of a model uses this model; compute its rates without it, or make another model for that";
+            return Err(exception(py, "UsageError", text.to_owned()));
+        }
+        Ok(Operation::new(&self.subject, self.function.as_ref()))
     }
 }
 
@@ -102,7 +109,7 @@ impl Model {
     #[pyo3(signature = (data, *, accept))]
     fn fit(&self, py: Python<'_>, data: &Source, accept: Vec<String>) -> PyResult<(Model, String)> {
         let accept = accepted(&accept).map_err(|e| raised(py, &e))?.into_iter().collect();
-        let (operation, data) = (self.begin(), data.from.clone());
+        let (operation, data) = (self.begin(py)?, data.from.clone());
         let file = self.path.as_ref().map_or_else(|| "model".to_owned(), |path| path.display().to_string());
         let at_work = operation.clone();
         let result = background::run(py, None, move |_| {
@@ -170,7 +177,7 @@ impl Model {
         samples: usize,
         seed: u64,
     ) -> PyResult<String> {
-        let (operation, data) = (self.begin(), data.from.clone());
+        let (operation, data) = (self.begin(py)?, data.from.clone());
         let options = PredictOptions { seed, draws: samples, only: None };
         let at_work = operation.clone();
         let result = background::run(py, None, move |_| {
@@ -196,7 +203,7 @@ impl Model {
         samples: usize,
         seed: u64,
     ) -> PyResult<Data> {
-        let (operation, data) = (self.begin(), data.from.clone());
+        let (operation, data) = (self.begin(py)?, data.from.clone());
         let options = PredictOptions { seed, draws: samples, only: None };
         let at_work = operation.clone();
         let result = background::run(py, None, move |_| {
@@ -218,7 +225,7 @@ impl Model {
     ) -> PyResult<(Bound<'py, PyByteArray>, [usize; 3], Vec<String>)> {
         let times = times.into_vec();
         let plan = Plan { start: owned(start), times, inputs: owned(inputs), samples, seed };
-        let operation = self.begin();
+        let operation = self.begin(py)?;
         let subject = operation.subject.clone();
         let batch = plan.start.first().map_or(0, |(_, values)| values.len());
         let sizes = [plan.samples.max(1), plan.times.len()];

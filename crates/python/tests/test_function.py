@@ -247,6 +247,20 @@ def test_a_function_that_prints_and_sleeps_is_only_slower(decays, capfd):
     assert capfd.readouterr().out.startswith("called\n")
 
 
+def test_a_function_that_uses_its_own_model_is_one_error(decays):
+    models = []
+
+    def nested(t, x, u, p):
+        if models:
+            models[0].simulate({"x_m": 1.0}, [0.0, 1.0])
+        return -p["rate_per_s"] * x
+
+    models.append(augsim.Model.from_rates(nested, **SMALL))
+    for operation in (lambda: models[0].fit(decays), lambda: models[0].simulate({"x_m": 1.0}, [0.0, 1.0])):
+        with pytest.raises(augsim.UsageError, match="the function of a model uses this model"):
+            operation()
+
+
 def test_threads_get_the_same_results(decays):
     model = augsim.Model.from_rates(decay, **SMALL)
     expected = model.fit(decays).json

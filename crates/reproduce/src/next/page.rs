@@ -70,7 +70,12 @@ fn orders(pool: &PoolRow) -> Section {
         rows: pool.orders.iter().map(row).collect(),
         ..Default::default()
     };
-    Section::new(&pool.pool, vec![Block::Table(table)])
+    let mut blocks = vec![Block::Table(table)];
+    if !pool.failed.is_empty() {
+        blocks.push(Block::Prose("Orders without a result, which no median counts:".to_owned()));
+        blocks.push(Block::List(pool.failed.clone()));
+    }
+    Section::new(&pool.pool, blocks)
 }
 
 fn shown(runs: Option<f64>) -> String {
