@@ -331,16 +331,15 @@ def scores(model: Model, data: Any, burn_in: int, samples: int, seed: int) -> di
     options = {name: whole(name, value) for name, value in (("burn_in", burn_in), ("samples", samples), ("seed", seed))}
     with explained(model._inner):
         rows = json.loads(model._inner.evaluate(source(data), **options))
-    numbers = ("fit_percent", "r2", "coverage50", "coverage90")
-    finite = lambda value: math.nan if value is None else value  # noqa: E731
-    return {
-        "measure": [row["measure"] for row in rows],
-        "rmse": [row["rmse"] for row in rows],
-        "low": [finite(row["ci95"][0]) for row in rows],
-        "high": [finite(row["ci95"][1]) for row in rows],
-        "unit": [row["unit"] for row in rows],
-        **{name: [finite(row[name]) for row in rows] for name in numbers},
-    }
+    for row in rows:
+        row["low"], row["high"] = row["ci95"]
+
+    def column(name: str) -> list[Any]:
+        # JSON has no NaN.
+        return [math.nan if row[name] is None else row[name] for row in rows]
+
+    names = ("measure", "rmse", "low", "high", "unit", "fit_percent", "r2", "coverage50", "coverage90")
+    return {name: column(name) for name in names}
 
 
 def fit(model: Model | str | os.PathLike[str], data: Any, accept: Sequence[str] = ()) -> Fit:
