@@ -5,18 +5,16 @@ use crate::error::{exception, raised, unlocked};
 use crate::external::{Function, Operation};
 use crate::numbers::{Numbers, memory};
 use crate::source::{Data, Source, accepted};
-use augsim_data::atomic_write;
-use augsim_discovery::PredictOptions;
+use augsim_discovery::{PredictOptions, PredictionSet};
+use augsim_session::Subject;
 use augsim_session::equations::fitted::calibrate;
 use augsim_session::equations::forecast::NothingToScore;
-use augsim_session::export::{Exported, Language, export, export_files};
+use augsim_session::export::{Language, export, export_files};
 use augsim_session::predict::table::bands;
 use augsim_session::predict::{measure_scores, predict};
 use augsim_session::simulate::{MAX_SERIAL_VALUES, Plan, simulate};
-use augsim_session::{Subject, folders};
 use pyo3::prelude::*;
 use pyo3::types::PyByteArray;
-use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -51,6 +49,23 @@ impl Model {
             return Err(exception(py, "UsageError", text.to_owned()));
         }
         Ok(Operation::new(&self.subject, self.function.as_ref()))
+    }
+
+    /// Predicts every trajectory of the data, and computes what `of` makes of the predictions.
+    fn predicted<T: Send + 'static>(
+        &self,
+        py: Python<'_>,
+        data: &Source,
+        burn_in: usize,
+        options: PredictOptions,
+        of: impl FnOnce(&PredictionSet) -> anyhow::Result<T> + Send + 'static,
+    ) -> PyResult<T> {
+        let (operation, data) = (self.begin(py)?, data.from.clone());
+        let at_work = operation.clone();
+        let result = background::run(py, None, move |_| {
+            at_work.run(None, || of(&predict(&at_work.subject, &data, burn_in, &options)?))
+        });
+        operation.finish(py, result)
     }
 }
 
@@ -158,12 +173,10 @@ impl Model {
     ) -> PyResult<Option<(Vec<PathBuf>, Vec<String>)>> {
         let Some(language) = Language::named(language) else { return Ok(None) };
         unlocked(py, || {
-            let Exported { files, notes } = export_files(&self.subject, language, &out)?;
-            folders::make(folders::parent_of(&out))?;
-            for (path, bytes) in &files {
-                atomic_write(path, |w| w.write_all(bytes))?;
-            }
-            Ok(Some((files.into_iter().map(|(path, _)| path).collect(), notes)))
+            let exported = export_files(&self.subject, language, &out)?;
+            exported.write()?;
+            let paths = exported.files.into_iter().map(|(path, _)| path).collect();
+            Ok(Some((paths, exported.notes)))
         })
     }
 
@@ -177,20 +190,15 @@ impl Model {
         samples: usize,
         seed: u64,
     ) -> PyResult<String> {
-        let (operation, data) = (self.begin(py)?, data.from.clone());
         let options = PredictOptions { seed, draws: samples, only: None };
-        let at_work = operation.clone();
-        let result = background::run(py, None, move |_| {
-            at_work.run(None, || {
-                let predicted = predict(&at_work.subject, &data, burn_in, &options)?;
-                let scores = measure_scores(&predicted);
-                if scores.is_empty() {
-                    return Err(NothingToScore { data: data.to_string(), burn_in }.into());
-                }
-                Ok(serde_json::to_string(&scores)?)
-            })
-        });
-        operation.finish(py, result)
+        let name = data.from.to_string();
+        self.predicted(py, data, burn_in, options, move |predicted| {
+            let scores = measure_scores(predicted);
+            if scores.is_empty() {
+                return Err(NothingToScore { data: name, burn_in }.into());
+            }
+            Ok(serde_json::to_string(&scores)?)
+        })
     }
 
     /// Predicts every trajectory of the data; returns mean, median, and the ends of the 50 % and 90 % bands of each column.
@@ -203,13 +211,9 @@ impl Model {
         samples: usize,
         seed: u64,
     ) -> PyResult<Data> {
-        let (operation, data) = (self.begin(py)?, data.from.clone());
         let options = PredictOptions { seed, draws: samples, only: None };
-        let at_work = operation.clone();
-        let result = background::run(py, None, move |_| {
-            at_work.run(None, || Ok(bands(&predict(&at_work.subject, &data, burn_in, &options)?)?))
-        });
-        Data::from_dataset(py, operation.finish(py, result)?)
+        let table = self.predicted(py, data, burn_in, options, |predicted| Ok(bands(predicted)?))?;
+        Data::from_dataset(py, table)
     }
 
     /// Simulates trajectories. Returns the values `[trajectory, sample, time, column]`, the first three sizes

@@ -1,7 +1,6 @@
 //! `augsim export`: writes a model as LaTeX, Python, C or an FMU, or the description of its robot.
 
-use augsim_data::atomic_write;
-use augsim_session::export::{Exported, Language, export, export_files};
+use augsim_session::export::{Language, export, export_files};
 use augsim_session::robot::DescriptionCopy;
 use augsim_session::usage::ModelFault;
 use augsim_session::{ModelOrRun, Subject, folders};
@@ -9,7 +8,6 @@ use augsim_terminal::destination::check_file;
 use augsim_terminal::output::Output;
 use augsim_terminal::{Outcome, Usage};
 use serde::Serialize;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Languages and formats that a model can be exported to.
@@ -67,16 +65,13 @@ pub fn run(args: &Export, output: &Output) -> anyhow::Result<Outcome> {
         return Ok(Outcome::Done);
     };
     check_output(out, &file, &subject)?;
-    let Exported { files, notes } = export_files(&subject, language, out)?;
-    for (path, _) in &files {
+    let exported = export_files(&subject, language, out)?;
+    for (path, _) in &exported.files {
         check_output(path, &file, &subject)?;
     }
-    folders::make(folders::parent_of(out))?;
-    for (path, bytes) in &files {
-        atomic_write(path, |w| w.write_all(bytes))?;
-    }
+    exported.write()?;
     output.note(format!("model: {}", out.display()));
-    notes.into_iter().for_each(|note| output.note(note));
+    exported.notes.into_iter().for_each(|note| output.note(note));
     Ok(Outcome::Done)
 }
 

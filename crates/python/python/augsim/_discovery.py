@@ -209,8 +209,7 @@ class Discovery:
         if isinstance(self._inner, _Saved):
             return Discovery, (self._inner.folder,)
         inner = self._inner
-        figures = inner.figures()
-        return _unpickled, (inner.json(), self.model, inner.place(), inner.page(""), inner.excerpt(), figures)
+        return _unpickled, (inner.json(), self.model, inner.place(), inner.page(""), inner.excerpt(), inner.figures())
 
     def _repr_html_(self) -> str:
         return _frame(self._inner.excerpt(), 720)
@@ -254,29 +253,34 @@ class _Saved:
 class _Kept:
     """Parts of a pickled discovery, in place of the discovery itself."""
 
-    parts: tuple[str, Model, str, str, str, list[tuple[str, str]]]
+    text: str
+    augmented: Model
+    declared_file: str
+    html: str
+    excerpt_html: str
+    drawn: list[tuple[str, str]]
 
     def json(self) -> str:
-        return self.parts[0]
+        return self.text
 
     def model(self) -> _augsim.Model:
-        return self.parts[1]._inner
+        return self.augmented._inner
 
     def place(self) -> str:
-        return self.parts[2]
+        return self.declared_file
 
     def page(self, _folder: str | os.PathLike[str]) -> str:
-        return self.parts[3]
+        return self.html
 
     def excerpt(self) -> str:
-        return self.parts[4]
+        return self.excerpt_html
 
     def figures(self) -> list[tuple[str, str]]:
-        return self.parts[5]
+        return self.drawn
 
 
 def _unpickled(*parts: Any) -> Discovery:
-    return Discovery._of(_Kept(parts))
+    return Discovery._of(_Kept(*parts))
 
 
 def _frame(page: str, height: int) -> str:

@@ -227,9 +227,8 @@ class Model:
         the result has ``mean_angle_rad``, ``median_angle_rad``, and the ends of the 50 % and 90 % bands, ``q25_…``, ``q75_…``,
         ``q05_…`` and ``q95_…``, from ``samples`` draws.
         """
-        options = {name: whole(name, value) for name, value in (("burn_in", burn_in), ("samples", samples), ("seed", seed))}
         with explained(self._inner):
-            return Data._of(self._inner.predict(source(data), **options))
+            return Data._of(self._inner.predict(source(data), **_prediction_options(burn_in, samples, seed)))
 
     def residuals(self, data: Any, *, burn_in: int = 5) -> dict[str, Any]:
         """Measured minus predicted values, in long form like :meth:`augsim.Data.to_dict`; predictions start as in :meth:`predict`."""
@@ -326,11 +325,14 @@ class Parameters(dict[str, Parameter]):
         return dict, (list(self.items()),)
 
 
+def _prediction_options(burn_in: int, samples: int, seed: int) -> dict[str, int]:
+    return {name: whole(name, value) for name, value in (("burn_in", burn_in), ("samples", samples), ("seed", seed))}
+
+
 def scores(model: Model, data: Any, burn_in: int, samples: int, seed: int) -> dict[str, list[Any]]:
     """Columns of :meth:`Model.evaluate`."""
-    options = {name: whole(name, value) for name, value in (("burn_in", burn_in), ("samples", samples), ("seed", seed))}
     with explained(model._inner):
-        rows = json.loads(model._inner.evaluate(source(data), **options))
+        rows = json.loads(model._inner.evaluate(source(data), **_prediction_options(burn_in, samples, seed)))
     for row in rows:
         row["low"], row["high"] = row["ci95"]
 

@@ -14,13 +14,14 @@ mod templates;
 mod words;
 
 use crate::usage::ModelFault;
-use crate::{Subject, Usage};
-use augsim_data::Unit;
+use crate::{Subject, Usage, folders};
+use augsim_data::{Unit, atomic_write};
 use augsim_physics::model::{EffectBlock, ModelFile};
 use augsim_robot::description::Format;
 use augsim_system::Parameter;
 use fmu::Fmu;
 use program::CFiles;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// The language or format to which a model is exported.
@@ -62,6 +63,20 @@ pub struct Exported {
     pub files: Vec<(PathBuf, Vec<u8>)>,
     /// Sentences for the user on what the export leaves out.
     pub notes: Vec<String>,
+}
+
+impl Exported {
+    /// Writes all files; folders that do not exist are made.
+    ///
+    /// # Errors
+    /// A folder cannot be made, or a file cannot be written.
+    pub fn write(&self) -> anyhow::Result<()> {
+        for (path, bytes) in &self.files {
+            folders::make(folders::parent_of(path))?;
+            atomic_write(path, |w| w.write_all(bytes))?;
+        }
+        Ok(())
+    }
 }
 
 /// Exports a model, with its parameter values, as the file `out` and files beside it; nothing is written.
