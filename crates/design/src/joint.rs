@@ -132,14 +132,7 @@ impl Joint {
     /// Gauss-Newton steps to the most probable initial states with the parameters as they are.
     fn settle_states(&mut self) {
         let still = vec![0.0; self.xi.len()];
-        for _ in 0..MAX_STEPS {
-            if self.state_gain() < MIN_DECREASE {
-                break;
-            }
-            let closer = |share: &f64| self.at(&still, *share).filter(|there| there.cost < self.cost);
-            let Some(closer) = STEP_SHARES.iter().find_map(closer) else { break };
-            *self = closer;
-        }
+        self.descend(|_| Some((still.clone(), 0.0)), |_| true);
     }
 
     /// The recordings, each with its current unknowns.
@@ -159,12 +152,26 @@ impl Joint {
 
     /// Gauss-Newton steps to the most probable parameters and initial states.
     fn maximise(&mut self) {
+        // A linearisation without positive definite informations is of no use.
+        self.descend(Self::step, Self::has_informations);
+    }
+
+    /// Gauss-Newton steps until the density hardly grows. `step` gives that of the parameters and the decrease of twice the
+    /// negative log density that it promises; only points where `is_usable` are moved to.
+    fn descend(
+        &mut self,
+        step: impl Fn(&Self) -> Option<(Vec<f64>, f64)>,
+        is_usable: impl Fn(&Self) -> bool,
+    ) {
         for _ in 0..MAX_STEPS {
-            let Some((step, gain)) = self.step() else { break };
+            let Some((step, gain)) = step(self) else { break };
             if gain + self.state_gain() < MIN_DECREASE {
                 break;
             }
-            let Some(better) = STEP_SHARES.iter().find_map(|share| self.moved(&step, *share)) else { break };
+            let moved = |share: &f64| {
+                self.at(&step, *share).filter(|there| there.cost < self.cost && is_usable(there))
+            };
+            let Some(better) = STEP_SHARES.iter().find_map(moved) else { break };
             let decrease = self.cost - better.cost;
             *self = better;
             if decrease < MIN_DECREASE {
@@ -192,12 +199,6 @@ impl Joint {
             }
         }
         newton(&information, self.weight, &gradient)
-    }
-
-    /// The recordings linearised at a share of a step; `None` if the density is not larger there, or the linearisation is of no
-    /// use.
-    fn moved(&self, step: &[f64], share: f64) -> Option<Self> {
-        self.at(step, share).filter(|there| there.cost < self.cost && there.has_informations())
     }
 
     /// Whether the informations of the recordings are positive definite with the prior. They are not where the sensitivities
