@@ -32,10 +32,10 @@ struct Constant {
 
 /// Name and value of a numeric constant in a line `const NAME: f64 = VALUE;`; `None` for other lines.
 fn constant(line: &str) -> Option<(&str, &str)> {
-    let line = line.trim_start();
-    let rest = ["const ", "pub const ", "pub(crate) const ", "pub(super) const "]
-        .iter()
-        .find_map(|head| line.strip_prefix(head))?;
+    let (visibility, rest) = line.trim_start().split_once("const ")?;
+    if !visibility.is_empty() && !visibility.starts_with("pub") {
+        return None;
+    }
     let (name, rest) = rest.split_once(": ")?;
     let (kind, value) = rest.split_once(" = ")?;
     let value = value.strip_suffix(';')?;
