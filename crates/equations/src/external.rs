@@ -1,5 +1,6 @@
 //! Rates that a function outside the engine computes, such as a function of Python.
 
+use crate::call_memory::CallMemory;
 use std::fmt;
 use std::sync::Arc;
 
@@ -29,9 +30,15 @@ pub trait ExternalRates: Send + Sync {
     fn typical_sizes(&self) -> &[f64];
 }
 
-/// A function for external rates that the copies of a model share.
+/// Bytes of the latest results that are kept for each function: some ten passes over recordings of 10,000 samples.
+const MEMORY_BYTES: usize = 64 << 20;
+
+/// A function for external rates that the copies of a model share, with its latest results.
 #[derive(Clone)]
-pub struct ExternalFunction(pub Arc<dyn ExternalRates>);
+pub struct ExternalFunction {
+    function: Arc<dyn ExternalRates>,
+    latest: Arc<CallMemory<Evaluated>>,
+}
 
 impl fmt::Debug for ExternalFunction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -42,7 +49,7 @@ impl fmt::Debug for ExternalFunction {
 impl PartialEq for ExternalFunction {
     /// Whether both are the same function, not only functions with the same values.
     fn eq(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.0, &other.0)
+        Arc::ptr_eq(&self.function, &other.function)
     }
 }
 
@@ -61,21 +68,37 @@ pub(crate) struct Evaluated {
 }
 
 impl ExternalFunction {
+    /// A function of which nothing has been computed yet. It must give the same rates for the same arguments.
+    pub fn new(function: Arc<dyn ExternalRates>) -> Self {
+        ExternalFunction { function, latest: Arc::new(CallMemory::new(MEMORY_BYTES)) }
+    }
+
+    /// Rates at points and derivatives with respect to the arguments `wanted`, computed or from an equal call before.
+    ///
+    /// `arguments` is `[argument][point]`. Only whole calls are looked up: the last bits of a point may depend on the points
+    /// beside it, and with them results would depend on the order of calls.
+    pub(crate) fn evaluate(&self, points: usize, arguments: &[f64], wanted: &[usize]) -> Arc<Evaluated> {
+        let shape = [points, wanted.len()].into_iter().chain(wanted.iter().copied());
+        let call = shape.map(|n| n as u64).chain(arguments.iter().map(|x| x.to_bits())).collect();
+        let size = |found: &Evaluated| size_of::<f64>() * (found.rates.len() + found.derivatives.len());
+        self.latest.of(call, || self.compute(points, arguments, wanted), size)
+    }
+
     /// Computes the rates at points, with the derivatives with respect to the arguments `wanted`.
     ///
     /// `arguments` is `[argument][point]`. Without derivatives of the function's own they are finite differences, for
     /// which all shifted points are computed in one call; beside a point whose rates are not finite central differences
     /// become one-sided.
-    pub(crate) fn evaluate(&self, points: usize, arguments: &[f64], wanted: &[usize]) -> Evaluated {
-        let (states, count) = (self.0.states(), arguments.len() / points.max(1));
+    fn compute(&self, points: usize, arguments: &[f64], wanted: &[usize]) -> Evaluated {
+        let (states, count) = (self.function.states(), arguments.len() / points.max(1));
         let mut rates = vec![0.0; states * points];
         if wanted.is_empty() {
-            self.0.rates(points, arguments, &mut rates);
+            self.function.rates(points, arguments, &mut rates);
             return Evaluated { rates, derivatives: Vec::new() };
         }
         let mut full = vec![0.0; states * count * points];
-        if self.0.derivatives(points, arguments, &mut full) {
-            self.0.rates(points, arguments, &mut rates);
+        if self.function.derivatives(points, arguments, &mut full) {
+            self.function.rates(points, arguments, &mut rates);
             let of = |state: usize, k: &usize| &full[(state * count + k) * points..][..points];
             let derivatives = (0..states).flat_map(|state| wanted.iter().flat_map(move |k| of(state, k)));
             return Evaluated { rates, derivatives: derivatives.copied().collect() };
@@ -85,15 +108,16 @@ impl ExternalFunction {
 
     /// Computes rates and their finite differences from one call of the function.
     fn differences(&self, points: usize, arguments: &[f64], wanted: &[usize]) -> Evaluated {
-        let (states, count) = (self.0.states(), arguments.len() / points.max(1));
+        let (states, count) = (self.function.states(), arguments.len() / points.max(1));
         // The points themselves, then for each wanted argument the points with it increased, then decreased.
-        let (sides, relative_step) = if self.0.is_costly() { (1, ONE_SIDED_STEP) } else { (2, CENTRAL_STEP) };
+        let (sides, relative_step) =
+            if self.function.is_costly() { (1, ONE_SIDED_STEP) } else { (2, CENTRAL_STEP) };
         let total = points * (1 + sides * wanted.len());
         let mut shifted = Vec::with_capacity(count * total);
         for argument in arguments.chunks_exact(points.max(1)) {
             (0..=sides * wanted.len()).for_each(|_| shifted.extend_from_slice(argument));
         }
-        let sizes = self.0.typical_sizes();
+        let sizes = self.function.typical_sizes();
         let mut widths = Vec::with_capacity(wanted.len() * points);
         for (index, k) in wanted.iter().enumerate() {
             let typical = sizes.get(*k).copied().unwrap_or(1.0);
@@ -108,7 +132,7 @@ impl ExternalFunction {
             }
         }
         let mut values = vec![0.0; states * total];
-        self.0.rates(total, &shifted, &mut values);
+        self.function.rates(total, &shifted, &mut values);
         let mut evaluated = Evaluated::default();
         for row in values.chunks_exact(total.max(1)) {
             evaluated.rates.extend_from_slice(&row[..points]);
@@ -169,7 +193,7 @@ mod tests {
     #[test]
     fn differences_are_accurate_and_one_sided_at_an_edge() {
         for (is_costly, tolerance) in [(false, 1e-5), (true, 1e-6)] {
-            let function = ExternalFunction(Arc::new(Logarithm(is_costly)));
+            let function = ExternalFunction::new(Arc::new(Logarithm(is_costly)));
             let arguments = [0.0, 0.0, 2.0, 0.0, 3.0, 3.0];
             let found = function.evaluate(2, &arguments, &[1, 2]);
             let expected = [1.0, 3.0, 3.0_f64.ln(), 0.0];

@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod bridge;
+mod call_memory;
 mod column_expression;
 mod compile;
 pub mod engine;

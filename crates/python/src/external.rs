@@ -199,7 +199,7 @@ impl Operation {
         if let (Subject::Equations(model), Some(calls)) = (&mut subject, &calls)
             && let Some(external) = &mut model.external
         {
-            external.rates = Some(ExternalFunction(Arc::<Calls>::clone(calls)));
+            external.rates = Some(ExternalFunction::new(Arc::<Calls>::clone(calls)));
         }
         Operation { subject, calls }
     }
@@ -209,9 +209,11 @@ impl Operation {
         self.calls.as_ref().map(|calls| Arc::clone(calls.function()))
     }
 
-    /// Runs the work of the operation on this number of threads; `None` for as many as there are cores.
+    /// Runs the work of the operation on this number of threads; `None` for as many as there are cores, or for one if a function
+    /// of Python is called.
     ///
-    /// The functions of Python can be called from them at little cost.
+    /// Only one thread at a time can be in the function, and most of the time is spent there. Threads that take turns move its
+    /// memory from core to core: two of them took a third longer than one.
     ///
     /// # Errors
     /// That of the work, or threads cannot be started.
@@ -225,7 +227,7 @@ impl Operation {
             (None, Some(threads)) => {
                 rayon::ThreadPoolBuilder::new().num_threads(threads).build()?.install(work)
             }
-            (Some(_), _) => known_threads::run(threads.unwrap_or_else(rayon::current_num_threads), work)?,
+            (Some(_), _) => known_threads::run(threads.unwrap_or(1), work)?,
         }
     }
 

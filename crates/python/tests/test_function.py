@@ -261,6 +261,25 @@ def test_a_function_that_uses_its_own_model_is_one_error(decays):
             operation()
 
 
+def test_only_one_thread_calls_a_function(decays):
+    callers, calls = set(), set()
+
+    def watched(t, x, u, p):
+        callers.add(threading.get_ident())
+        call = (np.asarray(t).tobytes(), x.tobytes(), np.asarray(p).tobytes())
+        assert not is_fitting or call not in calls, "a call is not repeated"
+        calls.add(call)
+        return decay(t, x, u, p)
+
+    is_fitting = False
+    model = augsim.Model.from_rates(watched, **SMALL)
+    callers.clear()
+    calls.clear()
+    is_fitting = True
+    model.fit(decays)
+    assert len(callers) == 1
+
+
 def test_threads_get_the_same_results(decays):
     model = augsim.Model.from_rates(decay, **SMALL)
     expected = model.fit(decays).json

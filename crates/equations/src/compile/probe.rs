@@ -161,8 +161,8 @@ impl Probe {
                 Code::External => {
                     let list = graph.values_of_arguments(operation.a);
                     let arguments: Vec<f64> = list.iter().map(|id| values[*id as usize]).collect();
-                    let found = self.external.as_ref().map(|f| f.evaluate(1, &arguments, &[]).rates);
-                    found.and_then(|rates| rates.get(operation.b as usize).copied()).unwrap_or(0.0)
+                    let found = self.external.as_ref().map(|f| f.evaluate(1, &arguments, &[]));
+                    found.and_then(|found| found.rates.get(operation.b as usize).copied()).unwrap_or(0.0)
                 }
                 code => {
                     let operand =

@@ -91,7 +91,7 @@ fn model(rest: &str) -> Model {
 
 fn with_function(mut model: Model, function: &Arc<Pendulum>) -> Model {
     let external = model.external.as_mut().expect("an external function");
-    external.rates = Some(ExternalFunction(Arc::<Pendulum>::clone(function)));
+    external.rates = Some(ExternalFunction::new(Arc::<Pendulum>::clone(function)));
     model
 }
 

@@ -1,6 +1,6 @@
 """What a MuJoCo model lacks: the friction of its joints, and the mass of a payload.
 
-    python crates/python/examples/simulators/arm_in_mujoco.py          # needs mujoco 3.3 or later; two to three minutes
+    python crates/python/examples/simulators/arm_in_mujoco.py          # needs mujoco 3.3 or later; about two minutes
 
 The declared model is MuJoCo itself: `Model.from_step` steps many states at once with `mujoco.rollout`. Effects are added to
 `qfrc_applied`. The recording is simulated here, with friction and a payload that the MJCF text does not have.
@@ -49,21 +49,20 @@ class Arm:
         self.rollout = rollout.Rollout(nthread=0)
 
     def with_payload(self, mass, dt):
-        """The model with this mass at the tool, kg."""
-        if (mass, dt) not in self.variants:
-            if len(self.variants) > 100:
-                self.variants.clear()
-            variant = copy.copy(self.model)
-            variant.opt.timestep = dt
-            variant.body("tool").mass[:] = 1e-6 + mass
-            mujoco.mj_setConst(variant, self.data)
-            self.variants[mass, dt] = variant
-        return self.variants[mass, dt]
+        """Makes the model with this mass at the tool, kg, for steps of dt seconds."""
+        if len(self.variants) > 100:
+            self.variants.clear()
+        variant = copy.copy(self.model)
+        variant.opt.timestep = dt
+        variant.body("tool").mass[:] = 1e-6 + mass
+        mujoco.mj_setConst(variant, self.data)
+        self.variants[mass, dt] = variant
+        return variant
 
     def step(self, x, u, p, dt):
         """The states [q1, q2, w1, w2] after dt seconds; u has the controls of both motors, then qfrc_applied of both joints."""
         points = x.shape[1]
-        models = [self.with_payload(mass, dt) for mass in p["payload_kg"].tolist()]
+        models = [self.variants.get((mass, dt)) or self.with_payload(mass, dt) for mass in p["payload_kg"].tolist()]
         first = np.zeros((points, 5))  # time, positions, speeds
         first[:, 1:] = x.T
         applied = np.ascontiguousarray(np.asarray(u).T)[:, None]

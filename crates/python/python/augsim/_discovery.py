@@ -321,8 +321,8 @@ def discover(
     selection is repeated (at most 1000). ``only`` names the effects of the library to try, without formulas and values by group,
     and ``exclude`` those not to try; with both, the effects of ``only`` that ``exclude`` does not name are tried. ``accept`` names
     data checks to ignore. ``library=False`` searches formulas alone. After ``time_limit`` (seconds) the search ends with the best
-    model so far. ``threads`` is the number of threads, by default that of the cores; the result does not depend on it. ``title`` is
-    the name of data in memory in the report. ``progress`` shows the step in a terminal or a
+    model so far. ``threads`` is the number of threads, by default that of the cores, and 1 if a function of yours
+    is called; the result does not depend on it. ``title`` is the name of data in memory in the report. ``progress`` shows the step in a terminal or a
     notebook; a callable gets the text of the step and the completed fraction (or ``None``). Other Python threads continue to run,
     and Ctrl-C stops the search.
 
