@@ -1,10 +1,8 @@
 //! Contract: generated systems that the search once answered wrongly are answered right. A window lost in one
-//! fit must not favour an absent effect. A width at its bound or a lost fit must not hide dry friction.
-//! Unstable motion is no sign of another system. An impact that appears or disappears leaves nothing to
-//! explain. A fit whose derivatives grow without bound, or that no part of the data allows, does not end the
-//! search. A model that predicts most of the motion counts as the right system. Effects that are not
-//! significant are not named. Under process noise a filter distinguishes an effect from the noise. Rates over
-//! many sets come from `discover_battery systems-single`, ….
+//! fit must not favour an absent effect. A width at its bound must not hide dry friction. Unstable motion is
+//! no sign of another system. An impact that appears or disappears leaves nothing to explain. Under process
+//! noise an effect is distinguished from the noise. `.ci/long` has further such sets, which take a minute
+//! each; rates over many sets come from `discover_battery systems-single`, ….
 
 use crate::common::answer_to;
 use augsim_discovery::{Discovery, Verdict};
@@ -37,12 +35,6 @@ fn dry_friction_is_found_although_its_width_first_runs_into_a_bound() {
 }
 
 #[test]
-fn dry_friction_is_not_taken_for_a_law_that_contains_it_because_its_own_fit_was_lost() {
-    let found = answer(Kind::Single, 6_602_032);
-    assert_eq!(kinds(&found), ["coulomb"], "{}", found.sentence);
-}
-
-#[test]
 fn unstable_motion_that_is_followed_is_of_the_declared_system() {
     let found = answer(Kind::Single, 6_500_006);
     assert_eq!(found.verdict, Verdict::Explained, "{}", found.sentence);
@@ -62,33 +54,6 @@ fn a_knee_that_the_records_themselves_do_not_tell_from_nothing_is_none() {
     assert!(found.effects.is_empty(), "{}", found.sentence);
 }
 
-// Not answered yet by block cross-validation: a formula is named. When it is, this test says so by failing.
-#[test]
-#[should_panic]
-fn intervals_without_a_width_are_those_of_no_fit() {
-    let found = answer(Kind::Outside, 8_240_005);
-    assert!(matches!(found.verdict, Verdict::Unknown | Verdict::PartlyExplained), "{}", found.sentence);
-}
-
-#[test]
-fn a_set_that_no_part_of_the_data_allows_to_be_fitted_ends_no_search() {
-    let found = answer(Kind::Outside, 8_240_008);
-    assert!(found.effects.is_empty(), "{}", found.sentence);
-}
-
-// Not answered yet by block cross-validation: a formula is named whose predictions are a third worse. When it is, this test says so by failing.
-#[test]
-#[should_panic]
-fn a_model_that_forecasts_most_of_the_motion_lacks_something_unknown() {
-    let found = answer(Kind::Outside, 8_250_010);
-    assert_eq!(found.verdict, Verdict::Unknown, "{}", found.sentence);
-    assert!(
-        found.effects.is_empty() && found.sentence.starts_with("The library does not explain the data"),
-        "{}",
-        found.sentence
-    );
-}
-
 #[test]
 fn a_shaken_motion_feigns_no_law_beside_the_one_that_is_missing() {
     let plant = PLANTS[(8_310_011 % 8) as usize].as_one_long_recording();
@@ -96,15 +61,10 @@ fn a_shaken_motion_feigns_no_law_beside_the_one_that_is_missing() {
     assert_eq!(kinds(&found), ["constant on lower_V"], "{}", found.sentence);
 }
 
-/// Sets on which an effect was once named: because too many blocks were counted as independent, and on the first also
-/// `hysteresis` because of process noise.
-///
-/// The search on the last set did not end: each of three sets of effects was better than the next.
+/// The search on this set did not end: each of three sets of effects was better than the next.
 #[test]
 fn a_shaken_motion_to_which_nothing_is_missing_names_no_law() {
-    for seed in [840_410, 840_428] {
-        let plant = PLANTS[(seed % 8) as usize].as_one_long_recording();
-        let found = answer_of(&plant, Kind::Null, seed);
-        assert!(found.effects.is_empty(), "{seed}: {}", found.sentence);
-    }
+    let plant = PLANTS[(840_428 % 8) as usize].as_one_long_recording();
+    let found = answer_of(&plant, Kind::Null, 840_428);
+    assert!(found.effects.is_empty(), "{}", found.sentence);
 }
