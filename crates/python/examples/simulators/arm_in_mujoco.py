@@ -35,6 +35,8 @@ ARM = """
 # A search tries parameters with which the simulation diverges: MuJoCo then has to return what is not finite (`autoreset` above),
 # and not to write a warning for each.
 mujoco.set_mju_user_warning(lambda text: None)
+#: What is applied in each step: the controls of the motors, and `qfrc_applied`.
+APPLIED = int(mujoco.mjtState.mjSTATE_CTRL | mujoco.mjtState.mjSTATE_QFRC_APPLIED)
 #: What the recording has and the MJCF text lacks: mass at the tool in kg, dry friction of the joints in N m.
 PAYLOAD_KG, FRICTION_N_M = 0.15, np.array([0.25, 0.12])
 
@@ -62,15 +64,16 @@ class Arm:
     def step(self, x, u, p, dt):
         """The states [q1, q2, w1, w2] after dt seconds; u has the controls of both motors, then qfrc_applied of both joints."""
         points = x.shape[1]
-        models = [self.variants.get((mass, dt)) or self.with_payload(mass, dt) for mass in p["payload_kg"].tolist()]
+        masses = p["payload_kg"].tolist()
+        with_mass = {mass: self.variants.get((mass, dt)) or self.with_payload(mass, dt) for mass in set(masses)}
+        models = [with_mass[mass] for mass in masses]
         first = np.zeros((points, 5))  # time, positions, speeds
         first[:, 1:] = x.T
         applied = np.ascontiguousarray(np.asarray(u).T)[:, None]
-        what = mujoco.mjtState.mjSTATE_CTRL | mujoco.mjtState.mjSTATE_QFRC_APPLIED
         last, sensors = np.empty((points, 1, 5)), np.empty((points, 1, 0))
         # Unchecked, because the checks take as long as the steps; the shapes are those that it would make.
         self.rollout.rollout(
-            models, [self.data], first, applied, control_spec=int(what), nstep=1, skip_checks=True, state=last, sensordata=sensors
+            models, [self.data], first, applied, control_spec=APPLIED, nstep=1, skip_checks=True, state=last, sensordata=sensors
         )
         return last[:, 0, 1:].T
 
