@@ -12,9 +12,9 @@
 
 use crate::error::DesignError;
 use crate::explanation::Explanation;
-use crate::linearise::{Start, start_readings};
+use crate::linearise::{Start, declared_places, start_readings};
 use crate::projection::inverse_with_prior;
-use crate::reduced::Reduced;
+use crate::reduced::{Reduced, half_log_determinant};
 use crate::whiten::whiten;
 use augsim_linear::PositiveInverse;
 use augsim_system::{Offsets, Record, Simulated, Task, shortest_difference};
@@ -64,6 +64,8 @@ struct Likelihood {
     half_log_variance: f64,
     /// Number of readings after the first.
     later: usize,
+    /// Half the log determinant of the precision of the initial states with a declared distribution.
+    half_log_declared: f64,
     /// Twice the negative log density of all readings and the initial state at the point, up to a constant.
     cost: f64,
 }
@@ -84,6 +86,8 @@ struct Sums {
     /// Terms of the log density of the later samples that are linear in nothing, nats.
     constant: f64,
     later: usize,
+    /// Half the log determinants of the precisions of the initial states with a declared distribution.
+    half_log_declared: f64,
 }
 
 impl Joint {
@@ -256,9 +260,10 @@ impl Joint {
             ..Sums::default()
         };
         self.cost = self.weight * self.prior_squares();
-        for Likelihood { all, first, half_log_variance, later, cost } in
+        for Likelihood { all, first, half_log_variance, later, half_log_declared, cost } in
             self.runs.iter().map(|r| &r.likelihood)
         {
+            sums.half_log_declared += half_log_declared;
             sums.squares += all.squares - first.squares;
             sums.later += later;
             sums.constant -= all.half_log_determinant - first.half_log_determinant + half_log_variance;
@@ -292,9 +297,10 @@ impl Joint {
         self.sums.constant - 0.5 * (self.sums.squares - gain)
     }
 
-    /// Logarithm of the density of the recordings times exp(-w/2 |ξ|²) at the current coordinates ξ, nats.
+    /// Logarithm of the distribution of the parameters after the recordings at the current coordinates ξ, nats, up to a constant:
+    /// of Π P_r(ξ) exp(-w/2 |ξ|²), with the likelihood P_r of formula (3) in `reduced.rs`.
     pub fn log_posterior(&self) -> f64 {
-        self.sums.constant - 0.5 * (self.sums.squares + self.weight * self.prior_squares())
+        -0.5 * self.cost - self.sums.half_log_declared
     }
 
     /// Information Σ A_r of the recordings, after their first samples, on the parameters; without the prior.
@@ -391,6 +397,8 @@ fn likelihood(
     let not_finite = || DesignError::NotFinite { name: e.name.clone(), record: record.id.clone() };
     let all = Reduced::new(&columns, rows, parameters, u).ok_or_else(not_finite)?;
     let first = Reduced::new(&columns, first_rows, parameters, u).ok_or_else(not_finite)?;
+    let declared = declared_places(e, start, 1 + parameters);
+    let half_log_declared = half_log_determinant(&columns, rows, &declared).ok_or_else(not_finite)?;
     let residuals = columns.values.chunks_exact(columns.count).map(|row| row[0] * row[0]).sum::<f64>();
     let states: f64 = u.iter().map(|u| u * u).sum();
     Ok(Likelihood {
@@ -398,6 +406,7 @@ fn likelihood(
         first,
         half_log_variance: half_logs[first_rows..].iter().sum(),
         later: rows - first_rows,
+        half_log_declared,
         cost: residuals + states + 2.0 * half_logs.iter().sum::<f64>(),
     })
 }

@@ -1,10 +1,10 @@
 //! Possible true parameters: draws from their distribution after all recordings, by importance resampling.
 //!
-//! With the likelihood L_r(ξ) of recording r by simulation, its initial state integrated out as in `reduced.rs`, and the prior
+//! With the likelihood P_r(ξ) of recording r by simulation, its initial state integrated out by formula (3) of `reduced.rs`, and the prior
 //! N(0, I) of the coordinates ξ, which is as wide as the bounds, or as 3 standard errors of the fit without them, the density of ξ after the recordings is
 //!
 //! ```text
-//! (1)  π(ξ) = Π L_r(ξ) N(ξ; 0, I) / constant,     0 outside the bounds
+//! (1)  π(ξ) = Π P_r(ξ) N(ξ; 0, I) / constant,     0 outside the bounds
 //! ```
 //!
 //! It need not be about normal: recordings may leave parameters on a curve, or at a bound. Candidates are drawn in rounds

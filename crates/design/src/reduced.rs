@@ -9,6 +9,15 @@
 //! ```
 //!
 //! Exact for a model that is linear in both, else Laplace's approximation in the initial state.
+//!
+//! Initial states that recordings begin at without a declared distribution are constants, of which each recording has its own
+//! (incidental parameters: Neyman and Scott 1948). With a broad prior, ln |H| then favours parameters by which an initial state is soon forgotten, by
+//! up to a nat a recording, whatever the truth. With Jeffreys' prior of the initial state for given parameters, |H|^(1/2), that
+//! determinant is gone, and the mean derivative at the true parameters is 0 where the model is linear in the initial state:
+//!
+//! ```text
+//! (3)  -2 ln P(ξ + δ) = c - 2 b'δ + δ'A δ + ln |H_p| + ln |R|,     H_p: rows and columns of H of the states with a declared prior
+//! ```
 
 use crate::projection::inverse_with_prior;
 use crate::whiten::Columns;
@@ -79,6 +88,20 @@ impl Reduced {
             state_gain: gain,
         })
     }
+}
+
+/// Half the logarithm of the determinant of I + V'V over the first `rows` of the whitened columns, for the sensitivities V at `places`.
+///
+/// `None` if the sums are not finite.
+pub(crate) fn half_log_determinant(columns: &Columns, rows: usize, places: &[usize]) -> Option<f64> {
+    if places.is_empty() {
+        return Some(0.0);
+    }
+    let product = |i: usize, j: usize| -> f64 {
+        let rows = columns.values.chunks_exact(columns.count).take(rows);
+        rows.map(|row| row[places[i]] * row[places[j]]).sum()
+    };
+    Some(inverse_with_prior(places.len(), 1.0, product)?.half_log_determinant)
 }
 
 #[cfg(test)]

@@ -56,6 +56,9 @@ struct Options {
     /// Only pairs whose name contains this.
     #[arg(long, default_value = "")]
     only: String,
+    /// The explanations estimate the starts of runs from the first samples; only pairs of a mass alone.
+    #[arg(long)]
+    estimated_starts: bool,
     /// Print the promised and the reached log odds of each truth to standard error.
     #[arg(long)]
     details: bool,
@@ -89,9 +92,16 @@ fn main() -> Result<()> {
     )?;
     writeln!(out, "|---|---|---|---|---|---|---|---|---|---|---|---|")?;
     let mut total = Counts::default();
-    for (index, pair) in PAIRS.iter().enumerate().filter(|(_, pair)| pair.name.contains(&options.only)) {
+    let is_chosen = |pair: &Pair| {
+        let has_starts =
+            !options.estimated_starts || pair.text_with_estimated_starts(0, 1.0, &[1.0]).is_some();
+        pair.name.contains(&options.only) && has_starts
+    };
+    for (index, pair) in PAIRS.iter().enumerate().filter(|(_, pair)| is_chosen(pair)) {
         let run = |replicate: u64| {
-            replicate_of(pair, options.seed + 1000 * index as u64, replicate, options.sequences)
+            let seed = options.seed + 1000 * index as u64;
+            let case = Case { pair, estimates_starts: options.estimated_starts, seed, replicate };
+            replicate_of(&case, options.sequences)
         };
         let all: Vec<Result<Counts>> = (0..options.replicates).into_par_iter().map(run).collect();
         let mut sum = Counts::default();
@@ -198,6 +208,24 @@ fn first_experiment(pair: &Pair, factor: f64) -> Experiment {
     Experiment { inputs, starts: BTreeMap::new(), times }
 }
 
+/// A truth of a pair.
+#[derive(Clone, Copy)]
+struct Case<'a> {
+    pair: &'a Pair,
+    estimates_starts: bool,
+    seed: u64,
+    replicate: u64,
+}
+
+impl Case<'_> {
+    /// Model file of explanation `which` before its fit, with measurement noise `sd`.
+    fn explanation(&self, which: usize, sd: f64) -> String {
+        let nominal: Vec<f64> = self.pair.models[which].parameters.iter().map(|(_, value)| *value).collect();
+        let estimated = || self.pair.text_with_estimated_starts(which, sd, &nominal);
+        self.estimates_starts.then(estimated).flatten().unwrap_or_else(|| self.pair.text(which, sd, &nominal))
+    }
+}
+
 /// The fitted explanations of a pair after the first recordings of a truth.
 struct Fitted {
     truth: Explanation,
@@ -207,7 +235,8 @@ struct Fitted {
     samples: Vec<PosteriorSample>,
 }
 
-fn fitted(pair: &Pair, sd: f64, seed: u64, replicate: u64) -> Result<Fitted> {
+fn fitted(case: &Case<'_>, sd: f64) -> Result<Fitted> {
+    let Case { pair, seed, replicate, .. } = *case;
     let which = (replicate % 2) as usize;
     let mut rng = random_stream(seed, "truth", replicate);
     let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
@@ -222,8 +251,7 @@ fn fitted(pair: &Pair, sd: f64, seed: u64, replicate: u64) -> Result<Fitted> {
         })
         .collect::<Result<_, _>>()?;
     let source = |k: usize| -> Result<Source> {
-        let nominal: Vec<f64> = pair.models[k].parameters.iter().map(|(_, v)| *v).collect();
-        let model = augsim_equations::model::parse(&pair.text(k, sd, &nominal), "model.toml")?;
+        let model = augsim_equations::model::parse(&case.explanation(k, sd), "model.toml")?;
         let model = fit(&model, &records, None)?.model;
         Ok(Source::new(["first", "second"][k], model))
     };
@@ -244,14 +272,15 @@ fn request<'a>(fitted: &'a Fitted, limits: &'a Limits, seed: u64) -> Request<'a>
     Request { explanations, evidence, samples, limits, budget: BUDGET, odds: 1000.0, seed }
 }
 
-fn replicate_of(pair: &Pair, seed: u64, replicate: u64, sequences: u64) -> Result<Counts> {
+fn replicate_of(case: &Case<'_>, sequences: u64) -> Result<Counts> {
+    let Case { pair, seed, replicate, .. } = *case;
     let limits = limits(pair);
     let mut sd = 0.01 * (pair.output.1[1] - pair.output.1[0]);
-    let rough = fitted(pair, sd, seed, replicate)?;
+    let rough = fitted(case, sd)?;
     let first = design(&Request { budget: 1, ..request(&rough, &limits, seed) })?;
     let odds = 0.5 * (first[0].log_odds[0][1] + first[0].log_odds[1][0]);
     sd *= (odds / LOG_ODDS_OF_RUN).sqrt();
-    let fitted = fitted(pair, sd, seed, replicate)?;
+    let fitted = fitted(case, sd)?;
     let request = request(&fitted, &limits, seed + replicate);
     let Fitted { truth, which, live, .. } = &fitted;
     let which = *which;

@@ -1,11 +1,12 @@
 //! Contract: draws of the parameters have the distribution that the recordings leave, also on a curve, before and after new
-//! recordings; without recordings they are normal.
+//! recordings, and where each recording begins somewhere else; without recordings they are normal.
 
 use super::validity::{GAINS, run};
-use super::{explanation, white};
+use super::{explanation, recording, white};
 use augsim_data::random_stream;
 use augsim_design::{Evidence, PosteriorSample, after_recordings};
 use augsim_system::Record;
+use rand_distr::{Distribution, StandardNormal};
 
 /// Shares of draws with a first gain below 0.1 and 0.85, and mean and standard deviation of the sum of both gains.
 fn summary(draws: &[(f64, [f64; 2])]) -> [f64; 4] {
@@ -84,4 +85,31 @@ fn draws_without_recordings_are_normal_and_draws_do_not_depend_on_threads() {
         })
     };
     assert_eq!(on(1), on(3));
+}
+
+/// A block that cools to its surroundings; each recording begins at a temperature that is estimated.
+const BLOCK: &str = "scenario = \"system\"\nname = \"block\"\n[inputs]\nheat_K_per_s = { hold = \"linear\" }\n[states]\nx_K = { start = \"y_K\" }\n\
+    [parameters]\nk_per_s = { nominal = 1.0, min = 0.05, max = 20.0 }\n[rates]\nx_K = \"heat_K_per_s - k_per_s * x_K\"\n\
+    [outputs]\ny_K = { value = \"x_K\", sd = 2.0 }\n";
+
+#[test]
+fn estimated_starts_of_many_recordings_do_not_pull_the_draws_from_the_truth() {
+    const DATA_SETS: u64 = 12;
+    let block = explanation("block", BLOCK, &[0.3], white(2.0));
+    let times: Vec<f64> = (0..20).map(|k| 0.1 * f64::from(k)).collect();
+    let share_below_the_truth = |k: u64| -> f64 {
+        let mut rng = random_stream(14, "estimated starts", k);
+        let mut one = || {
+            let mut noise = || -> f64 { StandardNormal.sample(&mut rng) };
+            let readings: Vec<f64> = times.iter().map(|t| 1.0 - (-t).exp() + 2.0 * noise()).collect();
+            recording(&times, &[1.0; 20], &readings)
+        };
+        let earlier: Vec<Record> = (0..30).map(|_| one()).collect();
+        let evidence = Evidence::after(&block, &earlier).expect("recordings of the model");
+        let sample = PosteriorSample::new(&evidence, k, 0).expect("recordings of the model");
+        (0..400).filter(|_| sample.draw(&mut rng)[0] < 1.0).count() as f64 / 400.0
+    };
+    let mean = (0..DATA_SETS).map(share_below_the_truth).sum::<f64>() / DATA_SETS as f64;
+    // The mean of 12 uniform shares has a standard error of 0.083.
+    assert!((mean - 0.5).abs() < 0.25, "{mean}");
 }
