@@ -3,31 +3,27 @@
 //! A search simulates the same motion once for every few candidates, and a fit goes back to a point when a step fails. The engine
 //! then asks for the very numbers that it had before, and a call costs more than a look-up.
 
-use std::collections::HashMap;
-use std::collections::hash_map::RandomState;
-use std::hash::BuildHasher;
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Calls kept with their results, up to a number of bytes; beyond it the calls that were not asked for longest are forgotten.
 #[derive(Debug)]
 pub(crate) struct CallMemory<T> {
     kept: Mutex<Generations<T>>,
-    hasher: RandomState,
     max_bytes: usize,
 }
 
-/// Calls by the hash of their arguments. Those in `old` that are asked for move to `young`; when `young` is full, it becomes `old`.
+/// Results by the bits of the arguments. Those in `old` that are asked for move to `young`; when `young` is full, it becomes `old`.
 #[derive(Debug)]
 struct Generations<T> {
-    young: HashMap<u64, Call<T>>,
-    old: HashMap<u64, Call<T>>,
+    young: BTreeMap<Box<[u64]>, Kept<T>>,
+    old: BTreeMap<Box<[u64]>, Kept<T>>,
     young_bytes: usize,
 }
 
-/// A call: what it was asked for, bit by bit, and its result.
-#[derive(Debug, Clone)]
-struct Call<T> {
-    arguments: Box<[u64]>,
+/// Result of a call, with the bytes that it takes with its arguments.
+#[derive(Debug)]
+struct Kept<T> {
     result: Arc<T>,
     bytes: usize,
 }
@@ -35,8 +31,8 @@ struct Call<T> {
 impl<T> CallMemory<T> {
     /// An empty memory of this size.
     pub(crate) fn new(max_bytes: usize) -> Self {
-        let kept = Generations { young: HashMap::new(), old: HashMap::new(), young_bytes: 0 };
-        Self { kept: Mutex::new(kept), hasher: RandomState::new(), max_bytes }
+        let kept = Generations { young: BTreeMap::new(), old: BTreeMap::new(), young_bytes: 0 };
+        Self { kept: Mutex::new(kept), max_bytes }
     }
 
     /// The result for these arguments: that of the earlier call with the same bits, or that of `compute`, whose size in bytes
@@ -49,38 +45,32 @@ impl<T> CallMemory<T> {
         compute: impl FnOnce() -> T,
         size: impl FnOnce(&T) -> usize,
     ) -> Arc<T> {
-        let key = self.hasher.hash_one(&arguments);
-        if let Some(result) = self.find(key, &arguments) {
+        let lock = || self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(result) = lock().find(&arguments, self.max_bytes / 2) {
             return result;
         }
         let result = Arc::new(compute());
         let bytes = size_of_val(&*arguments) + size(&result);
-        let call = Call { arguments, result: Arc::clone(&result), bytes };
-        self.lock().insert(key, call, self.max_bytes / 2);
+        lock().insert(arguments, Kept { result: Arc::clone(&result), bytes }, self.max_bytes / 2);
         result
-    }
-
-    fn find(&self, key: u64, arguments: &[u64]) -> Option<Arc<T>> {
-        let mut kept = self.lock();
-        if let Some(call) = kept.young.get(&key) {
-            return (*call.arguments == *arguments).then(|| Arc::clone(&call.result));
-        }
-        let call = kept.old.remove(&key)?;
-        let result = (*call.arguments == *arguments).then(|| Arc::clone(&call.result));
-        kept.insert(key, call, self.max_bytes / 2);
-        result
-    }
-
-    fn lock(&self) -> std::sync::MutexGuard<'_, Generations<T>> {
-        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl<T> Generations<T> {
-    fn insert(&mut self, key: u64, call: Call<T>, max_bytes: usize) {
-        self.young_bytes += call.bytes;
-        let before = self.young.insert(key, call);
-        self.young_bytes -= before.map_or(0, |call| call.bytes);
+    fn find(&mut self, arguments: &[u64], max_bytes: usize) -> Option<Arc<T>> {
+        if let Some(kept) = self.young.get(arguments) {
+            return Some(Arc::clone(&kept.result));
+        }
+        let (arguments, kept) = self.old.remove_entry(arguments)?;
+        let result = Arc::clone(&kept.result);
+        self.insert(arguments, kept, max_bytes);
+        Some(result)
+    }
+
+    fn insert(&mut self, arguments: Box<[u64]>, kept: Kept<T>, max_bytes: usize) {
+        self.young_bytes += kept.bytes;
+        let before = self.young.insert(arguments, kept);
+        self.young_bytes -= before.map_or(0, |kept| kept.bytes);
         if self.young_bytes > max_bytes {
             self.old = std::mem::take(&mut self.young);
             self.young_bytes = 0;
