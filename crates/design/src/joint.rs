@@ -14,7 +14,7 @@ use crate::error::DesignError;
 use crate::explanation::Explanation;
 use crate::linearise::{Start, declared_places, start_readings};
 use crate::projection::inverse_with_prior;
-use crate::reduced::{Reduced, half_log_determinant};
+use crate::reduced::Reduced;
 use crate::whiten::whiten;
 use augsim_linear::PositiveInverse;
 use augsim_system::{Offsets, Record, Simulated, Task, shortest_difference};
@@ -64,8 +64,6 @@ struct Likelihood {
     half_log_variance: f64,
     /// Number of readings after the first.
     later: usize,
-    /// Half the log determinant of the precision of the initial states with a declared distribution.
-    half_log_declared: f64,
     /// Twice the negative log density of all readings and the initial state at the point, up to a constant.
     cost: f64,
 }
@@ -260,10 +258,10 @@ impl Joint {
             ..Sums::default()
         };
         self.cost = self.weight * self.prior_squares();
-        for Likelihood { all, first, half_log_variance, later, half_log_declared, cost } in
+        for Likelihood { all, first, half_log_variance, later, cost } in
             self.runs.iter().map(|r| &r.likelihood)
         {
-            sums.half_log_declared += half_log_declared;
+            sums.half_log_declared += all.half_log_declared;
             sums.squares += all.squares - first.squares;
             sums.later += later;
             sums.constant -= all.half_log_determinant - first.half_log_determinant + half_log_variance;
@@ -395,10 +393,9 @@ fn likelihood(
     let half_logs = whiten(&e.noise, &record.times, &mut columns, &intervals);
     let (rows, first_rows) = (columns.readings.len(), start_readings(e, &columns, start));
     let not_finite = || DesignError::NotFinite { name: e.name.clone(), record: record.id.clone() };
-    let all = Reduced::new(&columns, rows, parameters, u).ok_or_else(not_finite)?;
-    let first = Reduced::new(&columns, first_rows, parameters, u).ok_or_else(not_finite)?;
-    let declared = declared_places(e, start, 1 + parameters);
-    let half_log_declared = half_log_determinant(&columns, rows, &declared).ok_or_else(not_finite)?;
+    let declared = declared_places(e, start);
+    let all = Reduced::new(&columns, rows, parameters, u, &declared).ok_or_else(not_finite)?;
+    let first = Reduced::new(&columns, first_rows, parameters, u, &declared).ok_or_else(not_finite)?;
     let residuals = columns.values.chunks_exact(columns.count).map(|row| row[0] * row[0]).sum::<f64>();
     let states: f64 = u.iter().map(|u| u * u).sum();
     Ok(Likelihood {
@@ -406,7 +403,6 @@ fn likelihood(
         first,
         half_log_variance: half_logs[first_rows..].iter().sum(),
         later: rows - first_rows,
-        half_log_declared,
         cost: residuals + states + 2.0 * half_logs.iter().sum::<f64>(),
     })
 }

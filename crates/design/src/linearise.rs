@@ -254,11 +254,11 @@ pub(crate) fn start_readings(e: &Explanation, columns: &Columns, start: &Start) 
     columns.readings.iter().take_while(|reading| reading.sample < START_SAMPLES).count()
 }
 
-/// Places of the initial states with a declared distribution among the columns, in which the estimated ones begin at `first`.
-pub(crate) fn declared_places(e: &Explanation, start: &Start, first: usize) -> Vec<usize> {
+/// Places of the states with a declared distribution among the initial states that are estimated.
+pub(crate) fn declared_places(e: &Explanation, start: &Start) -> Vec<usize> {
     let unknown = start.unknown();
     let is_declared = |(_, (state, _)): &(usize, &(usize, f64))| has_declared_prior(e, *state);
-    unknown.iter().enumerate().filter(is_declared).map(|(place, _)| first + place).collect()
+    unknown.iter().enumerate().filter(is_declared).map(|(place, _)| place).collect()
 }
 
 /// Whether the model declares a distribution of the initial value of a state.

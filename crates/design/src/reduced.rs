@@ -34,6 +34,8 @@ pub(crate) struct Reduced {
     pub information: Vec<Vec<f64>>,
     /// Half the logarithm of the determinant of H.
     pub half_log_determinant: f64,
+    /// The same of H_p in (3).
+    pub half_log_declared: f64,
     /// Step H⁻¹h of the initial state with fixed parameters.
     pub state_step: Vec<f64>,
     /// Decrease h'H⁻¹h of twice the negative log density by that step, nats.
@@ -44,10 +46,16 @@ pub(crate) struct Reduced {
 
 impl Reduced {
     /// Sums the first `rows` of columns with residuals, sensitivities to `parameters` parameters, and to the initial
-    /// state at `u`.
+    /// state at `u`, of which the states `declared` have a declared prior.
     ///
     /// `None` if the sums are not finite.
-    pub fn new(columns: &Columns, rows: usize, parameters: usize, u: &[f64]) -> Option<Self> {
+    pub fn new(
+        columns: &Columns,
+        rows: usize,
+        parameters: usize,
+        u: &[f64],
+        declared: &[usize],
+    ) -> Option<Self> {
         let width = columns.count;
         // Products of all columns with each other: residuals first, then parameters, then the initial state.
         let mut products = vec![vec![0.0; width]; width];
@@ -64,6 +72,14 @@ impl Reduced {
         let h: Vec<f64> = (0..states).map(|s| products[state(s)][0] - u[s]).collect();
         let PositiveInverse { inverse, half_log_determinant } =
             inverse_with_prior(states, 1.0, |i, j| products[state(i)][state(j)])?;
+        let half_log_declared = match declared.len() {
+            0 => 0.0,
+            count if count == states => half_log_determinant,
+            count => {
+                let product = |i: usize, j: usize| products[state(declared[i])][state(declared[j])];
+                inverse_with_prior(count, 1.0, product)?.half_log_determinant
+            }
+        };
         let solved = |right: &dyn Fn(usize) -> f64| -> Vec<f64> {
             (0..states).map(|i| (0..states).map(|j| inverse[(i, j)] * right(j)).sum()).collect()
         };
@@ -83,25 +99,12 @@ impl Reduced {
                 })
                 .collect(),
             half_log_determinant,
+            half_log_declared,
             state_by_parameter: (0..states).map(|s| by_parameter.iter().map(|b| b[s]).collect()).collect(),
             state_step,
             state_gain: gain,
         })
     }
-}
-
-/// Half the logarithm of the determinant of I + V'V over the first `rows` of the whitened columns, for the sensitivities V at `places`.
-///
-/// `None` if the sums are not finite.
-pub(crate) fn half_log_determinant(columns: &Columns, rows: usize, places: &[usize]) -> Option<f64> {
-    if places.is_empty() {
-        return Some(0.0);
-    }
-    let product = |i: usize, j: usize| -> f64 {
-        let rows = columns.values.chunks_exact(columns.count).take(rows);
-        rows.map(|row| row[places[i]] * row[places[j]]).sum()
-    };
-    Some(inverse_with_prior(places.len(), 1.0, product)?.half_log_determinant)
 }
 
 #[cfg(test)]
@@ -115,15 +118,26 @@ mod tests {
         // Residual (3, 1), sensitivity (1, 1) to a parameter, (2, 0) to the initial state: covariance diag(5, 1).
         let readings = (0..2).map(|sample| Reading { sample, output: 0 }).collect();
         let columns = Columns { readings, values: vec![3.0, 1.0, 2.0, 1.0, 1.0, 0.0], count: 3 };
-        let at_zero = Reduced::new(&columns, 2, 1, &[0.0]).expect("finite");
+        let at_zero = Reduced::new(&columns, 2, 1, &[0.0], &[0]).expect("finite");
         assert!((at_zero.squares - (9.0 / 5.0 + 1.0)).abs() < 1e-12);
         assert!((at_zero.gradient[0] - (3.0 / 5.0 + 1.0)).abs() < 1e-12);
         assert!((at_zero.information[0][0] - (1.0 / 5.0 + 1.0)).abs() < 1e-12);
         assert!((at_zero.half_log_determinant - 0.5 * 5.0_f64.ln()).abs() < 1e-12);
+        assert_eq!(at_zero.half_log_declared, at_zero.half_log_determinant);
         // The same at another initial state, with the residual that a linear model has there.
         let moved = Columns { values: vec![3.0 - 2.0 * 0.7, 1.0, 2.0, 1.0, 1.0, 0.0], ..columns };
-        let moved = Reduced::new(&moved, 2, 1, &[0.7]).expect("finite");
+        let moved = Reduced::new(&moved, 2, 1, &[0.7], &[]).expect("finite");
+        assert_eq!(moved.half_log_declared, 0.0);
         assert!((moved.squares - at_zero.squares).abs() < 1e-12);
         assert!((moved.gradient[0] - at_zero.gradient[0]).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_determinant_of_declared_states_is_that_of_their_rows_and_columns() {
+        // Sensitivities (2, 0) and (1, 3) to two states: H_p of the second is 1 + 1 + 9.
+        let readings = (0..2).map(|sample| Reading { sample, output: 0 }).collect();
+        let columns = Columns { readings, values: vec![3.0, 2.0, 1.0, 1.0, 0.0, 3.0], count: 3 };
+        let found = Reduced::new(&columns, 2, 0, &[0.0, 0.0], &[1]).expect("finite");
+        assert!((found.half_log_declared - 0.5 * 11.0_f64.ln()).abs() < 1e-12);
     }
 }

@@ -30,7 +30,7 @@ pub trait ExternalRates: Send + Sync {
     fn typical_sizes(&self) -> &[f64];
 }
 
-/// Bytes of the latest results that are kept for each function: some ten passes over recordings of 10,000 samples.
+/// Bytes of the latest calls that are kept for each function: 47,000 calls for four windows of four states with seven derivatives each.
 const MEMORY_BYTES: usize = 64 << 20;
 
 /// A function for external rates that the copies of a model share, with its latest results.

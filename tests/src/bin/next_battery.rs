@@ -93,9 +93,7 @@ fn main() -> Result<()> {
     writeln!(out, "|---|---|---|---|---|---|---|---|---|---|---|---|")?;
     let mut total = Counts::default();
     let is_chosen = |pair: &Pair| {
-        let has_starts =
-            !options.estimated_starts || pair.text_with_estimated_starts(0, 1.0, &[1.0]).is_some();
-        pair.name.contains(&options.only) && has_starts
+        pair.name.contains(&options.only) && (!options.estimated_starts || pair.is_of_a_mass_alone())
     };
     for (index, pair) in PAIRS.iter().enumerate().filter(|(_, pair)| is_chosen(pair)) {
         let run = |replicate: u64| {
@@ -221,8 +219,8 @@ impl Case<'_> {
     /// Model file of explanation `which` before its fit, with measurement noise `sd`.
     fn explanation(&self, which: usize, sd: f64) -> String {
         let nominal: Vec<f64> = self.pair.models[which].parameters.iter().map(|(_, value)| *value).collect();
-        let estimated = || self.pair.text_with_estimated_starts(which, sd, &nominal);
-        self.estimates_starts.then(estimated).flatten().unwrap_or_else(|| self.pair.text(which, sd, &nominal))
+        let text = self.pair.text(which, sd, &nominal);
+        if self.estimates_starts { self.pair.with_estimated_starts(&text) } else { text }
     }
 }
 

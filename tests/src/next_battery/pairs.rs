@@ -278,14 +278,17 @@ impl Pair {
         )
     }
 
-    /// Text of explanation `which` that estimates position and speed at the start of a run from its first samples; `None` for pairs
-    /// with other states, or with process noise.
-    pub fn text_with_estimated_starts(&self, which: usize, sd: f64, values: &[f64]) -> Option<String> {
-        let has_mass_alone = self.models.iter().all(|m| m.states == MASS && m.output == "x_m");
+    /// Whether the only states are position and speed of a mass, without process noise.
+    pub fn is_of_a_mass_alone(&self) -> bool {
+        self.models.iter().all(|m| m.states == MASS && m.output == "x_m") && self.process_sd == 0.0
+    }
+
+    /// The text of an explanation of a mass alone, changed so that it estimates position and speed at the start of a run from its
+    /// first samples.
+    pub fn with_estimated_starts(&self, text: &str) -> String {
         let estimated =
             format!("x_m = {{ start = \"{0}\" }}\nv_m_s = {{ start = \"slope({0})\" }}\n", self.output.0);
-        (has_mass_alone && self.process_sd == 0.0)
-            .then(|| self.text(which, sd, values).replace(MASS, &estimated))
+        text.replace(MASS, &estimated)
     }
 
     /// The states with process noise on the speed, or else on the first state.

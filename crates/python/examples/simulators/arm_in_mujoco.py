@@ -51,21 +51,22 @@ class Arm:
         self.rollout = rollout.Rollout(nthread=0)
 
     def with_payload(self, mass, dt):
-        """Makes the model with this mass at the tool, kg, for steps of dt seconds."""
-        if len(self.variants) > 100:
-            self.variants.clear()
-        variant = copy.copy(self.model)
-        variant.opt.timestep = dt
-        variant.body("tool").mass[:] = 1e-6 + mass
-        mujoco.mj_setConst(variant, self.data)
-        self.variants[mass, dt] = variant
-        return variant
+        """The model with this mass at the tool, kg."""
+        if (mass, dt) not in self.variants:
+            if len(self.variants) > 100:
+                self.variants.clear()
+            variant = copy.copy(self.model)
+            variant.opt.timestep = dt
+            variant.body("tool").mass[:] = 1e-6 + mass
+            mujoco.mj_setConst(variant, self.data)
+            self.variants[mass, dt] = variant
+        return self.variants[mass, dt]
 
     def step(self, x, u, p, dt):
         """The states [q1, q2, w1, w2] after dt seconds; u has the controls of both motors, then qfrc_applied of both joints."""
         points = x.shape[1]
         masses = p["payload_kg"].tolist()
-        with_mass = {mass: self.variants.get((mass, dt)) or self.with_payload(mass, dt) for mass in set(masses)}
+        with_mass = {mass: self.with_payload(mass, dt) for mass in set(masses)}
         models = [with_mass[mass] for mass in masses]
         first = np.zeros((points, 5))  # time, positions, speeds
         first[:, 1:] = x.T
