@@ -77,11 +77,12 @@ struct RecordQuadratic {
 }
 
 /// Likelihood of the random effect with the shared parameters profiled out: -2 ln of it and of the restricted
-/// likelihood, and the step of the shared parameters to their optimum.
+/// likelihood, the step of the shared parameters to their optimum, and their information matrix times the dispersion.
 struct Profile {
     profiled: f64,
     restricted: f64,
     step: Vec<f64>,
+    information: Square,
 }
 
 /// Estimated standard deviation of a random effect per record, with its interval and gain.
@@ -91,6 +92,8 @@ pub(crate) struct ScatterEstimate {
     pub ci95: [f64; 2],
     /// Decrease of -2 ln likelihood relative to a model without the random effect.
     pub gain: f64,
+    /// Dispersion factor of the cost.
+    pub dispersion: f64,
     /// Estimated parameters, with each record at its own values.
     pub state: State,
 }
@@ -172,7 +175,25 @@ impl CommonFit {
         let none = self.profile(&self.quadratics(sample, &base), 0.0, phi).profiled;
         let value = self.profile(&records, sd, phi).profiled;
         let ci95 = interval(&self.drawn, restricted, sd);
-        Some(ScatterEstimate { sd, ci95, gain: none - value, state })
+        Some(ScatterEstimate { sd, ci95, gain: none - value, dispersion: phi, state })
+    }
+
+    /// Wald statistic of the mean of the random effect: its square in units of its covariance, with one degree of freedom for
+    /// each varying parameter.
+    pub fn wald_of_mean(&self, sample: &ChosenRecords<'_>, found: &ScatterEstimate) -> f64 {
+        let records = self.quadratics(sample, &found.state);
+        let covariance = self.profile(&records, found.sd, found.dispersion).information.cholesky().inverse();
+        let varying: Vec<usize> = self.varying.clone().collect();
+        let mut mean = found.state.theta[self.varying.clone()].to_vec();
+        covariance.sub(&varying).cholesky().forward(&mut mean);
+        mean.iter().map(|x| x * x).sum::<f64>() / found.dispersion
+    }
+
+    /// -2 ln likelihood with the random effect of the most likely standard deviation at a dispersion, about the point `state`.
+    pub fn deviance(&self, sample: &ChosenRecords<'_>, state: &State, dispersion: f64) -> f64 {
+        let records = self.quadratics(sample, state);
+        let profiled = |sd: f64| self.profile(&records, sd, dispersion).profiled;
+        profiled(most_likely_sd(&self.drawn, profiled).unwrap_or(0.0))
     }
 
     /// For each window, its contribution to the cost in the parameters that do not vary between records. Each
@@ -280,7 +301,7 @@ impl CommonFit {
         factor.solve(&mut step);
         factor.forward(&mut v);
         let profiled = sum - v.iter().map(|x| x * x).sum::<f64>() / phi;
-        Profile { profiled, restricted: profiled + factor.log_det, step }
+        Profile { profiled, restricted: profiled + factor.log_det, step, information: t }
     }
 
     /// Moves the shared parameters by `shared`, and each record to its most probable values there. Keeps the

@@ -1,10 +1,12 @@
 //! Random effects per record: whether the records support one, and its size.
 
+use crate::addition::Addition;
 use crate::fit::{ChosenRecords, Fit};
 use crate::random_effect::{CommonFit, ScatterEstimate};
 use crate::result::Estimate;
 use crate::score::Scored;
-use crate::search::{Penalty, Search};
+use crate::search::{Penalty, Search, SearchResult, without};
+use crate::statistics::chi2_tail;
 use augsim_system::RecordRandomEffect;
 
 /// A random effect per record that the records support, with its gain.
@@ -59,6 +61,51 @@ pub(crate) fn gain(search: &Search<'_>, set: &Scored) -> f64 {
     varying_parameters(&sample)
         .and_then(|drawn| estimated(&sample, drawn, &set.fit))
         .map_or(0.0, |(_, found)| 0.5 * found.gain)
+}
+
+/// Number of the addition of a set that is least significant beside the random effect per record; `None` if all are
+/// significant, or the records support no random effect.
+///
+/// The search fits the effects without a random effect, and differences between a few records can look like an effect. The
+/// test is that of the likelihood ratio, with the random effect in both models.
+pub(crate) fn not_beside_random_effect(
+    search: &Search<'_>,
+    found: &mut SearchResult,
+    named: usize,
+) -> Option<usize> {
+    let set = found.sets[named].clone();
+    let sample = search.sample();
+    let drawn = varying_parameters(&sample)?;
+    if set.additions().is_empty() {
+        return None;
+    }
+    let (shared, with_all) = estimated(&sample, drawn, &set.fit)?;
+    if 0.5 * with_all.gain <= found.penalty.0 && drawn.declared.is_none() {
+        return None;
+    }
+    let deviance = shared.deviance(&sample, &with_all.state, with_all.dispersion);
+    let mut worst: Option<(usize, f64)> = None;
+    for (number, addition) in set.additions().iter().enumerate() {
+        // Another random effect does not change predictions.
+        if matches!(addition, Addition::Scatter(_)) {
+            continue;
+        }
+        let is_mean = matches!(addition, Addition::Effect(listed, _) if listed.index == drawn.effect);
+        let gain = if is_mean {
+            // Both models have it, as the mean of the random effect.
+            shared.wald_of_mean(&sample, &with_all)
+        } else {
+            let less = found.index_or_fit(search, &set, &without(set.additions(), number));
+            let Some((shared, less)) = estimated(&sample, drawn, &found.sets[less].fit) else { continue };
+            shared.deviance(&sample, &less.state, with_all.dispersion) - deviance
+        };
+        let parameters = set.fit.hypothesis.entries_of_addition(number).len();
+        let excess = chi2_tail(gain.max(0.0), parameters as f64) / search.level(addition);
+        if excess > 1.0 && worst.is_none_or(|(_, most)| excess > most) {
+            worst = Some((number, excess));
+        }
+    }
+    worst.map(|(number, _)| number)
 }
 
 /// Standard deviation of the random effect per record, estimated from `sample`; `None` if there is none.

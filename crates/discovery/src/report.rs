@@ -282,6 +282,7 @@ fn leads(parts: &AnswerParts<'_>) -> Vec<Lead> {
             Shortcoming::NotStable => "selected in fewer than 90 % of the resamples of the data",
             Shortcoming::StandsForMemory => "not significant beside a dependence on the past",
             Shortcoming::WithinScatter => "within the scatter between recordings with the same inputs",
+            Shortcoming::BesideRandomEffect => "not significant beside differences between recordings",
             Shortcoming::DoesNotPay => "its gain in predictions of left-out blocks is below its penalty",
         }
         .into(),

@@ -22,6 +22,14 @@ fn kinds(d: &Discovery) -> Vec<&str> {
     kinds
 }
 
+/// Options with the effects that move the centre of pressure alone. The whole library takes a minute.
+fn few_effects() -> Options {
+    let only =
+        ["pressure-offset", "friction-gradient", "tip-offset", "table-tilt"].map(str::to_owned).to_vec();
+    let effects = AllowedEffects { only, ..AllowedEffects::default() };
+    Options { null_runs: 0, effects, ..Options::default() }
+}
+
 #[test]
 fn a_centre_of_its_own_in_each_push_is_named_with_its_spread() {
     let (set, model) = set(Some(PushKind::FrictionScatter(2e-3, [0.0; 2])), 40);
@@ -55,11 +63,7 @@ fn a_common_centre_off_the_centroid_is_no_scatter() {
 #[test]
 fn a_centre_off_the_centroid_that_scatters_is_both() {
     let (set, model) = set(Some(PushKind::FrictionScatter(1.5e-3, [4e-3, -3e-3])), 24);
-    // The effects that move the centre of pressure: the whole library takes a minute, and is tried above.
-    let only =
-        ["pressure-offset", "friction-gradient", "tip-offset", "table-tilt"].map(str::to_owned).to_vec();
-    let effects = AllowedEffects { only, ..AllowedEffects::default() };
-    let d = answer(&model, &set, &Options { null_runs: 0, effects, ..Options::default() });
+    let d = answer(&model, &set, &few_effects());
     assert_eq!(kinds(&d), ["friction-scatter", "pressure-offset"], "{}", d.sentence);
     let of = |kind: &str, name: &str| {
         let found = d.effects.iter().find(|e| e.kind == kind);
@@ -73,4 +77,11 @@ fn a_centre_off_the_centroid_that_scatters_is_both() {
         let [low, high] = of(kind, name);
         assert!(low < truth && truth < high, "{kind} {name}: {low} to {high}");
     }
+}
+
+#[test]
+fn few_candidates_do_not_turn_a_scatter_into_an_effect() {
+    let (set, model) = set(Some(PushKind::FrictionScatter(2e-3, [0.0; 2])), 40);
+    let d = answer(&model, &set, &few_effects());
+    assert_eq!(kinds(&d), ["friction-scatter"], "{}", d.sentence);
 }

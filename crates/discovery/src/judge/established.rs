@@ -6,6 +6,7 @@ use super::repeats::within_scatter;
 use crate::addition::{Addition, labels};
 use crate::columns::linearise;
 use crate::linear_problem::LinearProblem;
+use crate::random_effect_test::not_beside_random_effect;
 use crate::score::Scored;
 use crate::search::{Search, SearchResult, p_values_given};
 
@@ -31,6 +32,8 @@ pub(crate) enum Shortcoming {
     StandsForMemory,
     /// The finding does not stand out of the scatter between repeats.
     WithinScatter,
+    /// The finding is not significant beside a random effect per record.
+    BesideRandomEffect,
 }
 
 /// A finding that is not established, with the reason.
@@ -104,7 +107,10 @@ pub(crate) fn judge_findings(
         let dropped = unstable
             .map(because(Shortcoming::NotStable))
             .or_else(|| stand_in(search, found, named).map(because(Shortcoming::StandsForMemory)))
-            .or_else(|| within_scatter(search, found, named).map(because(Shortcoming::WithinScatter)));
+            .or_else(|| within_scatter(search, found, named).map(because(Shortcoming::WithinScatter)))
+            .or_else(|| {
+                not_beside_random_effect(search, found, named).map(because(Shortcoming::BesideRandomEffect))
+            });
         let Some((number, short)) = dropped else { break (alternatives, inclusion) };
         dropped_for.push((set.additions()[number].clone(), short));
         let remaining = crate::search::without(set.additions(), number);
