@@ -110,14 +110,17 @@ pub fn smooth(
     let runs = problem.simulate_records(values).unwrap_or_default();
     let readings: Vec<Disturbance> = (0..outputs).map(Disturbance::Reading).collect();
     let others = [(Cause::AutocorrelatedSensor, readings, 1), (Cause::Sensor, Vec::new(), 0)];
+    let process_paths = best.paths.clone();
     for (other, disturbances, index) in others.into_iter().filter(|_| !runs.is_empty()) {
-        if let Ok(fitted) = problem.fit_cause(values, disturbances, runs.clone())
-            && fitted.has_converged
-        {
-            ln_likelihood[index] = fitted.noise_model.ln_likelihood;
-            if fitted.score >= best.score {
-                (cause, best) = (other, fitted);
-            }
+        let fitted = problem.fit_cause(values, disturbances, runs.clone()).ok().filter(|f| f.has_converged);
+        let fitted = match other {
+            Cause::Sensor => fitted.or_else(|| problem.fit_sensor_along(values, [&runs, &process_paths])),
+            _ => fitted,
+        };
+        let Some(fitted) = fitted else { continue };
+        ln_likelihood[index] = fitted.noise_model.ln_likelihood;
+        if fitted.score >= best.score || best.score.is_nan() {
+            (cause, best) = (other, fitted);
         }
     }
     let FittedCause { noise_model, paths, .. } = best;
@@ -140,6 +143,24 @@ impl NoiseProblem<'_> {
         let rough = self.rough_noise_model(self.rate_disturbances(), 0.0);
         self.iterate_smoother(rough, values, &mut paths, ROUGH_ITERATIONS)?;
         self.fit_cause(values, self.rate_disturbances(), paths)
+    }
+
+    /// Fits white measurement noise alone along each of these lists of paths, and returns the most likely result; `None` if none
+    /// has a likelihood.
+    ///
+    /// Where a law nearly jumps (dry friction), the smoother may alternate between motions; these are then the best known. Along
+    /// the path of process noise that is almost 0 nothing else than that noise distinguishes the two causes.
+    fn fit_sensor_along(&self, values: &[f64], candidates: [&Vec<Vec<f64>>; 2]) -> Option<FittedCause> {
+        let samples: Vec<usize> = self.records.iter().map(|r| r.times.len()).collect();
+        let along = |paths: &Vec<Vec<f64>>| {
+            let intervals = self.linearise(values, paths).ok()?;
+            let rough = self.rough_noise_model(Vec::new(), 0.0);
+            let noise_model = self.estimate_variances(rough, paths, &intervals, &samples).0;
+            let score = noise_model.ln_likelihood;
+            Some(FittedCause { noise_model, paths: paths.clone(), score, has_converged: true })
+        };
+        let fitted = candidates.into_iter().filter_map(along).filter(|fitted| fitted.score.is_finite());
+        fitted.max_by(|a, b| a.score.total_cmp(&b.score))
     }
 
     /// Fits the noise model with these disturbances, starting from the state paths `paths`.

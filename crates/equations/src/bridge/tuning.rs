@@ -31,7 +31,9 @@ impl EquationSystem {
         let substeps = self.options.substeps.max(TRIAL_SUBSTEPS);
         let method = compiled.method_for(&windows);
         compiled.fit_widths(&windows, &Options { method, substeps })?;
-        self.options = compiled.choose_steps(&windows, &self.noise(records))?.options;
+        let noise = self.noise(records);
+        self.options = compiled.choose_steps(&windows, &noise)?.options;
+        self.options = compiled.narrow_widths(&windows, &noise, self.options);
         self.compiled = Arc::new(compiled);
         self.complete = Arc::default();
         Ok(self)

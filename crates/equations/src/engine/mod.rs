@@ -19,6 +19,7 @@ mod simulate;
 mod stability;
 mod substeps;
 mod task;
+mod widths;
 mod without_states;
 
 pub use failure::SimulationError;

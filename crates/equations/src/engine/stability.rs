@@ -20,7 +20,7 @@ use crate::system::{Column, System};
 ///
 /// The stability limit of classical Runge-Kutta on the negative real axis is 2.79; close to it the step is
 /// stable but not accurate.
-const STABILITY_LIMIT: f64 = 2.5;
+pub(super) const STABILITY_LIMIT: f64 = 2.5;
 /// Maximum phase of an added periodic effect in a step, rad. Simpson's rule, to which the steps reduce for a force of time,
 /// integrates a sine to 1/2880 of the fourth power of the phase: 2e-3 at 1.5.
 const MAX_PHASE: f64 = 1.5;
@@ -106,7 +106,7 @@ pub(super) fn fastest_modes<const L: usize>(
 }
 
 /// Duration of the longest sample interval of a window, s.
-fn longest_interval_s(window: &Window<'_>) -> f64 {
+pub(super) fn longest_interval_s(window: &Window<'_>) -> f64 {
     let times = &window.record.times[window.first..=window.last];
     times.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max)
 }

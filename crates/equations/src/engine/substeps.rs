@@ -1,6 +1,5 @@
-//! Chooses the number of steps and the widths of smoothed discontinuities before a fit.
+//! Chooses the number of integration steps before a fit.
 
-use super::simulate::discontinuity_sizes;
 use super::{Method, Options, SimulationError, Window};
 use crate::limits::MAX_SUBSTEPS;
 use crate::model::Integrator;
@@ -14,8 +13,6 @@ const MAX_RMS_CHANGE: f64 = 0.01;
 const MAX_SINGLE_CHANGE: f64 = 0.1;
 /// Number of steps per sample interval for trials of a method and for choosing smoothing widths.
 pub(crate) const TRIAL_SUBSTEPS: usize = 8;
-/// Width of a smoothed discontinuity as a share of the root mean square of its argument.
-const WIDTH_RATIO: f64 = 0.01;
 
 /// Chosen integration steps, and how much the outputs change with finer ones.
 #[derive(Debug, Clone, PartialEq)]
@@ -91,7 +88,7 @@ impl System {
     }
 
     /// Chooses the number of steps per sample interval of a method.
-    fn choose_substeps(
+    pub(super) fn choose_substeps(
         &self,
         windows: &[Window<'_>],
         scales: &[f64],
@@ -146,28 +143,5 @@ impl System {
             Integrator::Automatic | Integrator::Explicit => Method::RungeKutta,
             Integrator::Implicit => Method::Implicit,
         }
-    }
-
-    /// Chooses the widths of smoothed discontinuities for which the file declares none.
-    ///
-    /// Each becomes 1 % of the root mean square of its argument in a simulation of `windows`; a width whose
-    /// argument stays 0 is not changed.
-    ///
-    /// # Errors
-    /// The first error of the simulation.
-    pub fn fit_widths(&mut self, windows: &[Window<'_>], options: &Options) -> Result<(), SimulationError> {
-        if self.declared_widths.iter().all(|is_declared| *is_declared) {
-            return Ok(());
-        }
-        // A width changes the simulation it was derived from; the second round settles it to a few percent.
-        for _ in 0..2 {
-            let sizes = discontinuity_sizes(self, windows, options)?;
-            for ((width, declared), size) in self.widths.iter_mut().zip(&self.declared_widths).zip(sizes) {
-                if !declared && size > 0.0 && size.is_finite() {
-                    *width = WIDTH_RATIO * size;
-                }
-            }
-        }
-        Ok(())
     }
 }

@@ -492,6 +492,56 @@ fn undeclared_widths_follow_from_the_motion() {
     assert!((system.widths()[0] - 0.32).abs() < 0.02, "{:?}", system.widths());
 }
 
+/// A body that dry friction holds against nine tenths of its force.
+const HELD: &str = r#"
+scenario = "system"
+[states]
+position_m = { start = "position_m" }
+speed_m_s = { start = 0 }
+[parameters]
+force_m_s2 = { nominal = 9.0, frozen = true }
+dry_m_s2 = { nominal = 10.0, frozen = true }
+[rates]
+position_m = "speed_m_s"
+speed_m_s = "force_m_s2 - dry_m_s2 * sign(speed_m_s)"
+[outputs]
+position_m = { value = "position_m", sd = "estimate" }
+"#;
+
+#[test]
+fn widths_are_halved_until_a_held_body_creeps_little() {
+    // It creeps with w atanh(0.9); halving w = 0.01 m/s changes the position by half of that times t.
+    let change = 0.005 * 0.9_f64.atanh() / 3.0_f64.sqrt();
+    let record = record(times(201, 0.005), vec![]);
+    for (change_in_noise, halvings) in [(0.04, 0), (0.09, 1), (0.18, 2), (100.0, 4)] {
+        let mut system = compiled(HELD);
+        let parameters = system.model().nominals();
+        let window =
+            Window { record: &record, first: 0, last: 200, start: &[0.0, 0.0], parameters: &parameters };
+        let noise = [change / change_in_noise];
+        let windows = [window];
+        let chosen = system.choose_steps(&windows, &noise).expect("a simulation").options;
+        system.narrow_widths(&windows, &noise, chosen);
+        assert_eq!(system.widths(), [0.01 / f64::from(1 << halvings)], "{change_in_noise} of the noise");
+    }
+}
+
+#[test]
+fn widths_that_need_too_many_steps_are_not_taken() {
+    // Where the speed is 0 the rate is 10 / w. With a reserve of 2, 64 steps of 0.01 s are stable to w = 0.00125 m/s.
+    let mut system = compiled(&HELD.replace("nominal = 9.0", "nominal = 1.0"));
+    let record = record(times(101, 0.01), vec![]);
+    let parameters = system.model().nominals();
+    let windows =
+        [Window { record: &record, first: 0, last: 100, start: &[0.0, 0.0], parameters: &parameters }];
+    let noise = [1e-7];
+    let chosen = system.choose_steps(&windows, &noise).expect("a simulation").options;
+    let options = system.narrow_widths(&windows, &noise, chosen);
+    assert_eq!((system.widths(), options.substeps), (&[0.01 / 8.0][..], 64));
+    let simulated = system.simulate(&windows, &all_seeds(&system), &options).pop().expect("one window");
+    assert!(simulated.expect("a simulation").slopes.iter().all(|slope| slope.abs() < 2.0));
+}
+
 #[test]
 fn windows_that_do_not_fit_their_system_are_refused() {
     let system = compiled(BALL);
