@@ -10,6 +10,7 @@ mod throws_as_files;
 
 // Helper: the answer of `discover` to a model and a table.
 mod common;
+mod declared_dry_friction;
 
 // Tensors, gradients and nets against independent values.
 mod fleets;
