@@ -145,11 +145,11 @@ impl NoiseProblem<'_> {
         self.fit_cause(values, self.rate_disturbances(), paths)
     }
 
-    /// Fits white measurement noise alone along each of these lists of paths, and returns the most likely result; `None` if none
-    /// has a likelihood.
+    /// Fits white measurement noise alone along each of these paths of all records, and returns the most likely result; `None`
+    /// if none has a finite likelihood.
     ///
-    /// Where a law nearly jumps (dry friction), the smoother may alternate between motions; these are then the best known. Along
-    /// the path of process noise that is almost 0 nothing else than that noise distinguishes the two causes.
+    /// Where a rate nearly jumps (dry friction), the smoother for this cause may not converge. Without it the cause would be
+    /// process noise, even of a standard deviation near 0.
     fn fit_sensor_along(&self, values: &[f64], candidates: [&Vec<Vec<f64>>; 2]) -> Option<FittedCause> {
         let samples: Vec<usize> = self.records.iter().map(|r| r.times.len()).collect();
         let along = |paths: &Vec<Vec<f64>>| {

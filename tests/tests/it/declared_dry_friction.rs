@@ -42,7 +42,11 @@ fn recordings(seed: u64) -> String {
     let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
     for record in 0..4 {
         let waves: [[f64; 3]; 4] = std::array::from_fn(|_| {
-            [rng.random_range(0.5..1.6), rng.random_range(0.2..1.5), rng.random_range(0.0..6.28)]
+            [
+                rng.random_range(0.5..1.6),
+                rng.random_range(0.2..1.5),
+                rng.random_range(0.0..std::f64::consts::TAU),
+            ]
         });
         let (mut angle, mut speed) = (rng.random_range(-0.3..0.3_f64), 0.0_f64);
         for sample in 0..100 {

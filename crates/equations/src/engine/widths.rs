@@ -50,7 +50,8 @@ impl System {
     /// Halves the widths that the file does not declare as long as that changes the outputs by more than a twentieth of their
     /// `scales`, and returns the number of steps for the result.
     ///
-    /// `chosen` are the method, which stays, and the number of steps for the present widths. Widths for which explicit steps would not be stable are not taken.
+    /// `chosen` are the method, which stays, and the number of steps for the present widths. Widths for which explicit steps
+    /// would not be stable are not taken.
     pub fn narrow_widths(&mut self, windows: &[Window<'_>], scales: &[f64], chosen: Options) -> Options {
         let mut options = chosen;
         if self.declared_widths.iter().all(|is_declared| *is_declared) {
@@ -85,9 +86,9 @@ impl System {
         }
         let needed = |window: &Window<'_>| self.rate_within_widths(window) * longest_interval_s(window);
         let needed = windows.iter().map(needed).fold(0.0, f64::max) * STABILITY_RESERVE / STABILITY_LIMIT;
-        // A few parts in a million for rounding.
+        // Rounding must not add a step.
         let needed = (needed - 1e-6).ceil().max(options.substeps as f64);
-        (needed <= MAX_SUBSTEPS as f64).then(|| Options { substeps: needed as usize, ..options })
+        (needed <= MAX_SUBSTEPS as f64).then_some(Options { substeps: needed as usize, ..options })
     }
 
     /// Rate of the fastest mode where the arguments of all smoothed jumps are 0, at the start of a window, 1/s.

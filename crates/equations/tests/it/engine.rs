@@ -512,12 +512,12 @@ position_m = { value = "position_m", sd = "estimate" }
 fn widths_are_halved_until_a_held_body_creeps_little() {
     // It creeps with w atanh(0.9); halving w = 0.01 m/s changes the position by half of that times t.
     let change = 0.005 * 0.9_f64.atanh() / 3.0_f64.sqrt();
-    let record = record(times(201, 0.005), vec![]);
+    let record = record(times(1001, 0.001), vec![]);
     for (change_in_noise, halvings) in [(0.04, 0), (0.09, 1), (0.18, 2), (100.0, 4)] {
         let mut system = compiled(HELD);
         let parameters = system.model().nominals();
         let window =
-            Window { record: &record, first: 0, last: 200, start: &[0.0, 0.0], parameters: &parameters };
+            Window { record: &record, first: 0, last: 1000, start: &[0.0, 0.0], parameters: &parameters };
         let noise = [change / change_in_noise];
         let windows = [window];
         let chosen = system.choose_steps(&windows, &noise).expect("a simulation").options;
