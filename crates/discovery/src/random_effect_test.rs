@@ -34,14 +34,20 @@ pub(crate) fn find_random_effect(
 ) -> Option<RandomEffectEstimate> {
     let sample = search.sample();
     let drawn = varying_parameters(&sample)?;
-    let is_declared = drawn.declared.is_some();
-    let (shared, found) = estimated(&sample, drawn, &set.fit)?;
-    let gain = 0.5 * found.gain;
-    if gain <= penalty.0 && !is_declared {
-        return None;
-    }
+    let (shared, found) = supported(&sample, drawn, &set.fit, penalty)?;
     let parts = shared.parts(&sample, &found.state.normals);
-    Some(RandomEffectEstimate { gain, is_declared, parts })
+    Some(RandomEffectEstimate { gain: 0.5 * found.gain, is_declared: drawn.declared.is_some(), parts })
+}
+
+/// As [`estimated`], but `None` unless the gain exceeds the penalty or the model declares the random effect.
+fn supported(
+    sample: &ChosenRecords<'_>,
+    drawn: &RecordRandomEffect,
+    fit: &Fit,
+    penalty: Penalty,
+) -> Option<(CommonFit, ScatterEstimate)> {
+    estimated(sample, drawn, fit)
+        .filter(|(_, found)| 0.5 * found.gain > penalty.0 || drawn.declared.is_some())
 }
 
 /// Fits the model with the random effect per record beside the additions of `fit`, and estimates its size.
@@ -79,10 +85,7 @@ pub(crate) fn not_beside_random_effect(
     if set.additions().is_empty() {
         return None;
     }
-    let (shared, with_all) = estimated(&sample, drawn, &set.fit)?;
-    if 0.5 * with_all.gain <= found.penalty.0 && drawn.declared.is_none() {
-        return None;
-    }
+    let (shared, with_all) = supported(&sample, drawn, &set.fit, found.penalty)?;
     let deviance = shared.deviance(&sample, &with_all.state, with_all.dispersion);
     let mut worst: Option<(usize, f64)> = None;
     for (number, addition) in set.additions().iter().enumerate() {

@@ -130,13 +130,18 @@ impl System {
     /// The steps per sample interval follow from the fastest mode at the start of the window.
     pub(super) fn is_stiff(&self, windows: &[Window<'_>]) -> bool {
         windows.iter().any(|window| {
-            let time = window.record.times[window.first];
-            let inputs: Vec<f64> = window.record.inputs.iter().map(|signal| signal.at(time)).collect();
-            let (state, parameters) = (window.start, window.parameters);
-            let by_state = self.linearise(&Point { state, inputs: &inputs, parameters, time }).by_state;
+            let by_state = self.jacobian_at_start(window);
             let mode = limiting_mode(&by_state, self.states(), STABILITY_LIMIT / longest_interval_s(window));
             matches!(mode.check(self, window, MAX_SUBSTEPS), Some(SimulationError::Stiff { .. }))
         })
+    }
+
+    /// Derivatives of the rates with respect to the states at the start of a window, `[rate][state]`.
+    pub(super) fn jacobian_at_start(&self, window: &Window<'_>) -> Vec<f64> {
+        let time = window.record.times[window.first];
+        let inputs: Vec<f64> = window.record.inputs.iter().map(|signal| signal.at(time)).collect();
+        let (state, parameters) = (window.start, window.parameters);
+        self.linearise(&Point { state, inputs: &inputs, parameters, time }).by_state
     }
 }
 

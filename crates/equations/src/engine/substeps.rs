@@ -96,11 +96,7 @@ impl System {
     ) -> Result<ChosenSteps, SimulationError> {
         // Additional steps of windows that begin with a fast mode would hide how many steps the others need.
         let tried = if method == Method::RungeKutta { Method::UncheckedRungeKutta } else { method };
-        let run = |substeps: usize| -> Result<Vec<f64>, SimulationError> {
-            let results = self.simulate(windows, &[], &Options { method: tried, substeps });
-            let values: Result<Vec<_>, _> = results.into_iter().map(|r| r.map(|s| s.values)).collect();
-            Ok(values?.concat())
-        };
+        let run = |substeps: usize| self.all_outputs(windows, &Options { method: tried, substeps });
         // The steps of an external function are those of its simulator, so that none are more accurate.
         if matches!(method, Method::Euler { .. }) {
             return run(1).map(|_| ChosenSteps { options: Options { method, substeps: 1 }, change: 0.0 });
@@ -132,6 +128,17 @@ impl System {
             }
             (coarse, substeps) = (fine, 2 * substeps);
         }
+    }
+
+    /// Outputs of all windows, one after the other, or the first error of the simulation.
+    pub(super) fn all_outputs(
+        &self,
+        windows: &[Window<'_>],
+        options: &Options,
+    ) -> Result<Vec<f64>, SimulationError> {
+        let results = self.simulate(windows, &[], options);
+        let values: Result<Vec<_>, _> = results.into_iter().map(|r| r.map(|s| s.values)).collect();
+        Ok(values?.concat())
     }
 
     /// Integration method that the file declares; explicit steps if it declares none.

@@ -6,7 +6,7 @@
 use super::simulate::discontinuity_sizes;
 use super::stability::{STABILITY_LIMIT, fastest_mode, longest_interval_s};
 use super::substeps::OutputChange;
-use super::{Method, Options, Point, SimulationError, Window};
+use super::{Method, Options, SimulationError, Window};
 use crate::limits::MAX_SUBSTEPS;
 use crate::system::System;
 
@@ -57,12 +57,12 @@ impl System {
         if self.declared_widths.iter().all(|is_declared| *is_declared) {
             return options;
         }
-        let Some(mut wide) = self.all_outputs(windows, &options) else { return options };
+        let Ok(mut wide) = self.all_outputs(windows, &options) else { return options };
         for _ in 0..MAX_HALVINGS {
             let mut narrower = self.clone();
             narrower.scale_undeclared_widths(0.5);
             let Ok(steps) = narrower.choose_substeps(windows, scales, options.method) else { return options };
-            let Some(narrow) = narrower.all_outputs(windows, &steps.options) else { return options };
+            let Ok(narrow) = narrower.all_outputs(windows, &steps.options) else { return options };
             let is_needed = OutputChange::compare(&wide, &narrow, scales).root_mean_square > MAX_CHANGE;
             let Some(stable) = narrower.stable_steps(windows, steps.options).filter(|_| is_needed) else {
                 return options;
@@ -84,35 +84,30 @@ impl System {
         if options.method != Method::RungeKutta {
             return Some(options);
         }
-        let needed = |window: &Window<'_>| self.rate_within_widths(window) * longest_interval_s(window);
-        let needed = windows.iter().map(needed).fold(0.0, f64::max) * STABILITY_RESERVE / STABILITY_LIMIT;
+        let needed = self.fastest_rate_times_interval(windows) * STABILITY_RESERVE / STABILITY_LIMIT;
         // Rounding must not add a step.
         let needed = (needed - 1e-6).ceil().max(options.substeps as f64);
         (needed <= MAX_SUBSTEPS as f64).then_some(Options { substeps: needed as usize, ..options })
     }
 
-    /// Rate of the fastest mode where the arguments of all smoothed jumps are 0, at the start of a window, 1/s.
+    /// Largest product, over windows, of the rate of the fastest mode where the arguments of all smoothed jumps are 0, and the
+    /// longest sample interval. The other values are those at the start of the window.
     ///
     /// There `tanh(z / width)` is `z / width`. With widths that are `WIDE` times as large it is so everywhere, and its derivative
     /// is `1 / WIDE` of that; with still larger ones the jumps have no derivative.
-    fn rate_within_widths(&self, window: &Window<'_>) -> f64 {
+    fn fastest_rate_times_interval(&self, windows: &[Window<'_>]) -> f64 {
         const WIDE: f64 = 1e6;
-        let time = window.record.times[window.first];
-        let inputs: Vec<f64> = window.record.inputs.iter().map(|signal| signal.at(time)).collect();
-        let point = Point { state: window.start, inputs: &inputs, parameters: window.parameters, time };
-        let [wide, none] = [WIDE, WIDE * WIDE].map(|factor| {
+        let [with_wide, without] = [WIDE, WIDE * WIDE].map(|factor| {
             let mut system = self.clone();
             system.scale_undeclared_widths(factor);
-            system.linearise(&point).by_state
+            system
         });
-        let jacobian: Vec<f64> =
-            none.iter().zip(&wide).map(|(none, wide)| none + WIDE * (wide - none)).collect();
-        fastest_mode(&jacobian, self.states()).0
-    }
-
-    /// All outputs of a simulation; `None` if it fails.
-    fn all_outputs(&self, windows: &[Window<'_>], options: &Options) -> Option<Vec<f64>> {
-        let simulated: Result<Vec<_>, _> = self.simulate(windows, &[], options).into_iter().collect();
-        Some(simulated.ok()?.into_iter().flat_map(|s| s.values).collect())
+        let product = |window: &Window<'_>| {
+            let (wide, none) = (with_wide.jacobian_at_start(window), without.jacobian_at_start(window));
+            let jacobian: Vec<f64> =
+                none.iter().zip(&wide).map(|(none, wide)| none + WIDE * (wide - none)).collect();
+            fastest_mode(&jacobian, self.states()).0 * longest_interval_s(window)
+        };
+        windows.iter().map(product).fold(0.0, f64::max)
     }
 }
