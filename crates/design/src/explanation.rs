@@ -129,6 +129,13 @@ impl Explanation {
         if self.is_logarithmic(index) { value } else { 1.0 }
     }
 
+    /// Changes of the coordinate of a parameter from its most probable value to its bounds; they contain 0.
+    pub(crate) fn room(&self, index: usize) -> [f64; 2] {
+        let (p, from) = (&self.system.parameters()[index], self.values[index]);
+        [p.min.min(from), p.max.max(from)]
+            .map(|bound| self.coordinate(index, bound) - self.coordinate(index, from))
+    }
+
     /// Values with the coordinate of one parameter moved, clamped to its bounds.
     pub(crate) fn moved(&self, mut values: Vec<f64>, index: usize, change: f64) -> Vec<f64> {
         let from = values[index];

@@ -10,6 +10,7 @@
 //! by Gauss-Newton steps. The density of the first samples of a recording, which determine its initial state, is divided out
 //! of L_r afterwards.
 
+use crate::bounded_step::{Bound, bounded_step};
 use crate::error::DesignError;
 use crate::explanation::Explanation;
 use crate::linearise::{Start, declared_places, start_readings};
@@ -182,25 +183,20 @@ impl Joint {
         }
     }
 
-    /// Step to the maximum by the sums at the current point, and the decrease of twice the negative log density.
+    /// Step to the maximum by the sums at the current point within the bounds, and the decrease of twice the negative log density.
     ///
-    /// A parameter at a bound stays there while the density grows outwards, where its coordinate is its own.
-    fn step(&self) -> Option<(Vec<f64>, f64)> {
-        let (mut information, mut gradient) = (self.sums.information.clone(), self.sums.gradient.clone());
-        let values = self.prior.values_at(&self.xi);
-        for (k, index) in self.prior.uncertain.iter().enumerate() {
-            let row = &self.prior.factor[k];
-            let is_own = (0..row.len()).all(|j| j == k || (row[j] == 0.0 && self.prior.factor[j][k] == 0.0));
-            let p = &self.prior.system.parameters()[*index];
-            let is_outward = (values[*index] <= p.min && gradient[k] < 0.0)
-                || (values[*index] >= p.max && gradient[k] > 0.0);
-            if is_own && is_outward {
-                gradient[k] = 0.0;
-                information[k].fill(0.0);
-                information.iter_mut().for_each(|row| row[k] = 0.0);
-            }
-        }
-        newton(&information, self.weight, &gradient)
+    /// Without the bounds the coordinates would run on beyond them, where the values stay at the bound, and be too far away to
+    /// come back when a later recording asks for it.
+    fn step<'a>(&'a self) -> Option<(Vec<f64>, f64)> {
+        let PositiveInverse { inverse, .. } = inverse(&self.sums.information, self.weight)?;
+        let rows = self.prior.uncertain.iter().zip(&self.prior.factor);
+        let bound = |(index, row): (&usize, &'a Vec<f64>)| {
+            let change: f64 = row.iter().zip(&self.xi).map(|(l, x)| l * x).sum();
+            let [low, high] = self.prior.room(*index);
+            Bound { row, low: (low - change).min(0.0), high: (high - change).max(0.0) }
+        };
+        let bounds: Vec<Bound<'_>> = rows.map(bound).collect();
+        Some(bounded_step(&inverse, &self.sums.gradient, &bounds))
     }
 
     /// Whether the informations of the recordings are positive definite with the prior. They are not where the sensitivities

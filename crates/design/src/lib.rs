@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod bounded_step;
 mod candidate;
 mod draw;
 mod error;

@@ -3,8 +3,10 @@
 //! initial state costs the first readings.
 
 use super::{explanation, recording, white};
-use augsim_design::{Evidence, Explanation, after_recordings, factor_of};
+use augsim_data::random_stream;
+use augsim_design::{Evidence, Experiment, Explanation, after_recordings, draw_recording, factor_of};
 use augsim_system::Record;
+use std::collections::BTreeMap;
 
 /// Integrator with an unknown gain: y = a times the integral of u.
 const GAIN: &str = "scenario = \"system\"\nname = \"gain\"\n[inputs]\nu_V = { hold = \"linear\" }\n[states]\nx_m = { start = 0.0, sd = 1e-9 }\n\
@@ -203,4 +205,33 @@ fn a_truth_outside_what_earlier_data_say_keeps_a_tenth_of_the_wide_density() {
     let expected = log_density_of_gain(&t, &new, 1.0) + 0.1_f64.ln();
     assert!((heard.log_density() - expected).abs() < 1e-3, "{} {expected}", heard.log_density());
     assert!((heard.updated().values[0] - 3.0).abs() < 0.1, "{:?}", heard.updated().values);
+}
+
+/// A heated body whose loss grows with its temperature.
+const HEATED: &str = "scenario = \"system\"\nname = \"heated\"\n[inputs]\np_W = { hold = \"linear\" }\n\
+    [states]\nrise_K = { start = 0.0, sd = 0.001 }\n[parameters]\n\
+    c_J_per_K = { nominal = 1.0, min = 0.2, max = 5.0 }\nh_W_per_K = { nominal = 0.3, min = 0.06, max = 1.5 }\n\
+    b_per_K = { nominal = 0.008, min = 0.0016, max = 0.04 }\n\
+    [rates]\nrise_K = \"(p_W - h_W_per_K * rise_K * (1.0 + b_per_K * rise_K)) / c_J_per_K\"\n\
+    [outputs]\ny_K = { value = \"rise_K\", sd = 3.0 }\n";
+
+#[test]
+fn a_parameter_that_earlier_recordings_leave_at_its_bound_comes_back() {
+    // The earlier recordings are short of heat and leave b at a bound; the new one needs another value.
+    let e = explanation("heated", HEATED, &[0.05, 0.1, 0.01], white(3.0));
+    let t: Vec<f64> = (0..101).map(|k| 0.04 * f64::from(k)).collect();
+    for seed in 0..6 {
+        let mut rng = random_stream(seed, "heated", 0);
+        let mut run = |power: f64| {
+            let inputs = vec![vec![power; t.len()]];
+            let experiment = Experiment { inputs, starts: BTreeMap::new(), times: t.clone() };
+            draw_recording(&e, &e.values, &experiment, "run", &mut rng).unwrap()
+        };
+        let earlier: Vec<Record> = (0..6).map(|k| run(8.0 + f64::from(k))).collect();
+        let mut heard = Evidence::after(&e, &earlier).unwrap();
+        heard.add(&run(40.0)).unwrap();
+        // The density is a mean over parameters, and the maximum one over all of them.
+        let log_e_value = heard.log_density() - heard.log_maximum();
+        assert!(log_e_value < 1000_f64.ln(), "seed {seed}: {log_e_value}");
+    }
 }
