@@ -19,13 +19,16 @@ fn unit_cell(unit: &str) -> Cell {
     if unit.is_empty() { Cell::Missing } else { Cell::text(unit) }
 }
 
-/// Lists estimates with their names; an estimate with values by group is followed by these values.
+/// Lists estimates with their labels; an estimate with values by group is followed by these values.
+///
+/// Only the name of a parameter is code, which is never broken over lines.
 fn with_groups(estimates: &BTreeMap<String, Estimate>) -> Vec<(String, &Estimate)> {
     let mut list = Vec::new();
     for (name, estimate) in estimates {
         let has_groups = !estimate.groups.is_empty();
-        list.push((if has_groups { format!("{name}, mean over groups") } else { name.clone() }, estimate));
-        list.extend(estimate.groups.iter().map(|(group, e)| (format!("{name} of {group}"), e)));
+        let note = if has_groups { ", mean over groups" } else { "" };
+        list.push((format!("`{name}`{note}"), estimate));
+        list.extend(estimate.groups.iter().map(|(group, e)| (format!("`{name}` of `{group}`"), e)));
     }
     list
 }
@@ -116,7 +119,11 @@ fn established(d: &Discovery) -> Table {
             effect_cells.push(effect.folds.map_or(Cell::Missing, |[k, n]| Cell::text(format!("{k} of {n}"))));
         }
         let blank = vec![Cell::text(""); effect_cells.len()];
-        let name = [Cell::text(format!("`{}`", effect.kind)), Cell::text(effect.stands_for.join(", "))];
+        let kind = match effect.kind.strip_suffix(" per group") {
+            Some(name) => format!("`{name}` per group"),
+            None => format!("`{}`", effect.kind),
+        };
+        let name = [Cell::text(kind), Cell::text(effect.stands_for.join(", "))];
         let row = |is_first: bool, parameter: [Cell; 3]| {
             let name = if is_first { name.clone() } else { [Cell::text(""), Cell::text("")] };
             let cells = if is_first { effect_cells.clone() } else { blank.clone() };
@@ -125,8 +132,8 @@ fn established(d: &Discovery) -> Table {
         if effect.parameters.is_empty() {
             rows.push(row(true, [Cell::Missing, Cell::Missing, Cell::Missing]));
         }
-        for (i, (name, estimate)) in with_groups(&effect.parameters).into_iter().enumerate() {
-            let cells = [Cell::text(format!("`{name}`")), value_cell(estimate), unit_cell(&estimate.unit)];
+        for (i, (label, estimate)) in with_groups(&effect.parameters).into_iter().enumerate() {
+            let cells = [Cell::text(label), value_cell(estimate), unit_cell(&estimate.unit)];
             rows.push(row(i == 0, cells));
         }
     }
