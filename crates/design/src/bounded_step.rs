@@ -7,8 +7,8 @@
 //! (1)  maximise  g'd - 1/2 d'H d   with  R d = c:    d = H⁻¹ (g + R'λ),   λ = (R H⁻¹ R')⁻¹ (c - R H⁻¹ g)
 //! ```
 //!
-//! Steps of the active-set method (Nocedal and Wright 2006, section 16.5), without release: a parameter that is held wrongly is free
-//! again at the next linearisation.
+//! Active-set method (Nocedal and Wright 2006, section 16.5): the step goes towards the maximum on the face of the held bounds, is
+//! held at the first bound in its way, and is released where the function grows inwards.
 
 use augsim_linear::{Mat, PositiveInverse, invert_positive_definite};
 
@@ -27,7 +27,12 @@ pub(crate) struct Bound<'a> {
 struct Held {
     index: usize,
     change: f64,
+    /// Whether it is the upper bound.
+    is_upper: bool,
 }
+
+/// Maximum number of bounds that are taken up or released in one step, for each bound; few need more than one.
+const MAX_CHANGES: usize = 10;
 
 /// Computes the step within `bounds`, and the increase of twice the log density that the quadratic function promises.
 ///
@@ -36,7 +41,8 @@ pub(crate) fn bounded_step(inverse: &Mat<f64>, gradient: &[f64], bounds: &[Bound
     let mut held: Vec<Held> = Vec::new();
     let mut step = vec![0.0; gradient.len()];
     let mut gain = 0.0;
-    while let Some((end, multipliers)) = maximum(inverse, gradient, bounds, &held) {
+    for _ in 0..=MAX_CHANGES * bounds.len() {
+        let Some((end, multipliers)) = maximum(inverse, gradient, bounds, &held) else { break };
         let way: Vec<f64> = end.iter().zip(&step).map(|(to, from)| to - from).collect();
         let first = first_crossed(&step, &way, bounds, &held);
         let share = first.as_ref().map_or(1.0, |(share, _)| *share);
@@ -45,12 +51,20 @@ pub(crate) fn bounded_step(inverse: &Mat<f64>, gradient: &[f64], bounds: &[Bound
             dot(gradient, &end) - held.iter().zip(&multipliers).map(|(h, l)| h.change * l).sum::<f64>();
         gain = at_end - (1.0 - share) * (1.0 - share) * (at_end - gain);
         step.iter_mut().zip(&way).for_each(|(d, way)| *d += share * way);
-        match first {
-            Some((_, bound)) => held.push(bound),
-            None => break,
+        match (first, most_inwards(&held, &multipliers)) {
+            (Some((_, bound)), _) => held.push(bound),
+            (None, Some(released)) => drop(held.remove(released)),
+            (None, None) => break,
         }
     }
     (step, gain)
+}
+
+/// The held bound, by its place in `held`, from which the function grows fastest inwards; `None` if it does from none.
+fn most_inwards(held: &[Held], multipliers: &[f64]) -> Option<usize> {
+    let inwards = held.iter().zip(multipliers).map(|(h, l)| if h.is_upper { *l } else { -l });
+    let most = inwards.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    (most.1 > 0.0).then_some(most.0)
 }
 
 /// The maximum (1) with these bounds held, and its multipliers λ; `None` if the bounds depend on each other.
@@ -85,9 +99,10 @@ fn first_crossed(step: &[f64], way: &[f64], bounds: &[Bound<'_>], held: &[Held])
             return None;
         }
         let (now, speed) = (dot(bound.row, step), dot(bound.row, way));
-        let change = if speed > 0.0 { bound.high } else { bound.low };
+        let is_upper = speed > 0.0;
+        let change = if is_upper { bound.high } else { bound.low };
         let share = ((change - now) / speed).max(0.0);
-        (share < 1.0).then_some((share, Held { index, change }))
+        (share < 1.0).then_some((share, Held { index, change, is_upper }))
     };
     bounds.iter().enumerate().filter_map(crossed).min_by(|a, b| a.0.total_cmp(&b.0))
 }
@@ -98,7 +113,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    //! Contract: no point within the bounds has a larger value than the step, where no bound is held wrongly.
+    //! Contract: no point within the bounds has a larger value than the step.
     use super::*;
 
     /// Twice the quadratic function at d, for H = [[2, 1], [1, 2]].
@@ -122,16 +137,18 @@ mod tests {
 
     #[test]
     fn the_step_is_the_maximum_within_the_bounds() {
-        let rows = [[1.0, 0.0], [0.5, 1.0]];
+        let (skew, own) = ([[1.0, 0.0], [0.5, 1.0]], [[1.0, 0.0], [0.0, 1.0]]);
         let cases = [
-            ([3.0, 1.0], [[-9.0, 9.0], [-9.0, 9.0]]),
-            ([3.0, 1.0], [[-1.0, 0.5], [-9.0, 9.0]]),
-            ([3.0, 1.0], [[0.0, 0.0], [-9.0, 9.0]]),
-            ([4.0, 4.0], [[-1.0, 0.5], [-1.0, 0.7]]),
-            ([-4.0, -3.0], [[-0.2, 1.0], [f64::NEG_INFINITY, 1.0]]),
-            ([-4.0, 1.0], [[-1.5, 1.0], [0.0, f64::INFINITY]]),
+            (skew, [3.0, 1.0], [[-9.0, 9.0], [-9.0, 9.0]]),
+            (skew, [3.0, 1.0], [[-1.0, 0.5], [-9.0, 9.0]]),
+            (skew, [3.0, 1.0], [[0.0, 0.0], [-9.0, 9.0]]),
+            (skew, [4.0, 4.0], [[-1.0, 0.5], [-1.0, 0.7]]),
+            (skew, [-4.0, -3.0], [[-0.2, 1.0], [f64::NEG_INFINITY, 1.0]]),
+            (skew, [-4.0, 1.0], [[-1.5, 1.0], [0.0, f64::INFINITY]]),
+            // The first way is held at the upper bound of the first; beside the second bound it is released.
+            (own, [-1.0, -3.0], [[-9.0, 0.0], [-0.5, 9.0]]),
         ];
-        for (gradient, limits) in cases {
+        for (rows, gradient, limits) in cases {
             let bounds: Vec<Bound<'_>> =
                 rows.iter().zip(limits).map(|(row, [low, high])| Bound { row, low, high }).collect();
             let (step, gain) = bounded_step(&inverse(), &gradient, &bounds);

@@ -121,6 +121,18 @@ impl Half {
     }
 }
 
+/// Moves each half to the maximum that begins at the parameters of the other one, if its recordings are likelier there.
+///
+/// The likelihood may have several maxima, as where the width of a friction law reaches its bound; the halves rarely end at the same wrong
+/// one.
+fn start_from_each_other(halves: &mut [Half]) {
+    if let [first, second] = halves {
+        let [of_first, of_second] = [&*first, &*second].map(|half| half.maximum.xi().to_vec());
+        first.maximum.start_from(&of_second);
+        second.maximum.start_from(&of_first);
+    }
+}
+
 impl Evidence {
     /// No recording yet, and no earlier one: the parameters are distributed as the explanation says.
     pub fn new(prior: &Explanation) -> Self {
@@ -137,11 +149,12 @@ impl Evidence {
         let broad = with_prior(prior);
         let every_second = |first: usize| earlier.iter().skip(first).step_by(2).cloned().collect();
         let parts: [Vec<Record>; 2] = [every_second(0), every_second(1)];
-        let halves = match earlier.len() {
+        let mut halves = match earlier.len() {
             0 => return Ok(Self::new(prior)),
             1 => vec![Half::new(&broad, &[], earlier)?],
             _ => vec![Half::new(&broad, &parts[0], &parts[1])?, Half::new(&broad, &parts[1], &parts[0])?],
         };
+        start_from_each_other(&mut halves);
         let (prior_of_draws, start) = with_prior_of_draws(prior);
         let mut all = Joint::new(&prior_of_draws, 1.0, start);
         all.add_all(earlier)?;
@@ -167,6 +180,7 @@ impl Evidence {
             self.mixture.add_all(records)?;
         }
         self.halves.iter_mut().try_for_each(|half| half.maximum.add_all(records))?;
+        start_from_each_other(&mut self.halves);
         self.checked(records)
     }
 

@@ -243,6 +243,15 @@ impl Joint {
         Some(there)
     }
 
+    /// Moves to the maximum that begins at the coordinates `xi`, if the recordings are more probable there than at the current one.
+    pub fn start_from(&mut self, xi: &[f64]) {
+        let is_better = |there: &Self| self.cost - there.cost > MIN_DECREASE && there.has_informations();
+        if let Some(mut there) = self.moved_to(xi).filter(is_better) {
+            there.maximise();
+            *self = there;
+        }
+    }
+
     /// Sums the runs at the current point.
     fn sum(&mut self) {
         let k = self.xi.len();
