@@ -34,6 +34,9 @@ struct Held {
 /// Maximum number of bounds that are taken up or released in one step, for each bound; few need more than one.
 const MAX_CHANGES: usize = 10;
 
+/// Square of the share of a way below which its part along a row is a rounding error.
+const ROUNDING: f64 = 1e-24;
+
 /// Computes the step within `bounds`, and the increase of twice the log density that the quadratic function promises.
 ///
 /// `inverse` is H⁻¹. The increase is never negative: each part of the step goes uphill.
@@ -99,6 +102,9 @@ fn first_crossed(step: &[f64], way: &[f64], bounds: &[Bound<'_>], held: &[Held])
             return None;
         }
         let (now, speed) = (dot(bound.row, step), dot(bound.row, way));
+        if speed * speed <= ROUNDING * dot(bound.row, bound.row) * dot(way, way) {
+            return None;
+        }
         let is_upper = speed > 0.0;
         let change = if is_upper { bound.high } else { bound.low };
         let share = ((change - now) / speed).max(0.0);
@@ -147,6 +153,9 @@ mod tests {
             (skew, [-4.0, 1.0], [[-1.5, 1.0], [0.0, f64::INFINITY]]),
             // The first way is held at the upper bound of the first; beside the second bound it is released.
             (own, [-1.0, -3.0], [[-9.0, 0.0], [-0.5, 9.0]]),
+            // A parameter without uncertainty at its bound does not move; rows that depend on each other hold once.
+            ([[0.0, 0.0], [0.0, 1.0]], [3.0, 1.0], [[0.0, 0.0], [-0.5, 0.2]]),
+            ([[1.0, 0.0], [2.0, 0.0]], [3.0, 1.0], [[-1.0, 0.5], [-2.0, 1.0]]),
         ];
         for (rows, gradient, limits) in cases {
             let bounds: Vec<Bound<'_>> =
